@@ -28,6 +28,10 @@ FieldTable<SensorReading> fields_of(std::type_identity<SensorReading>) {
         field_at<&S::row_ns>({.name = "row_ns",
                               .doc = "from the begin of a row to that of the next; 0: all rows at once",
                               .unit = "ns"}),
+        field_at<&S::fps>({.name = "fps",
+                           .doc = "pictures a second that such exposures leave time for: the camera's rate, or with "
+                                  "`dynamic_framerate` a whole part of it",
+                           .unit = "1/s"}),
     };
     return table;
 }

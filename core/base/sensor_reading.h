@@ -20,6 +20,7 @@ struct SensorReading {
     TimeNs exposure_start_ns = 0;  ///< world time at which the first row begins to count
     TimeNs exposure_end_ns = 0;    ///< at which the last row ends: the frame's instant
     TimeNs row_ns = 0;             ///< from the begin of a row to that of the next; 0: all at once
+    double fps = 0.0;              ///< pictures a second of this exposure: the camera's rate or a whole part of it
     friend bool operator==(const SensorReading&, const SensorReading&) = default;
 };
 FieldTable<SensorReading> fields_of(std::type_identity<SensorReading>);

@@ -84,7 +84,7 @@ void Instants::account_skipped(TimeNs instant_ns) {
         const camera::ExposureTimes times = entry.exposure_times();
         const std::int64_t first = times.first_frame_at_or_after(skipped.first_ns);
         for (std::int64_t i = 0; i < std::min(skipped.frames, max_counted_one_by_one); ++i)
-            instants.insert(times.time_of_frame(first + i));
+            instants.insert(times.time_of_frame(first + i * skipped.stride));
         most = std::max(most, skipped.frames);
     }
     const auto count = std::max(static_cast<std::uint64_t>(most), static_cast<std::uint64_t>(instants.size()));
@@ -106,6 +106,10 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
     for (const auto& next : rig_.schedule.take(world_ns)) {
         CameraEntry& entry = rig_.cameras.at(next.camera);
         rig_.show(entry, next.sequence, due.snapshot, monotonic_ns, past);
+        // The next one's exposure begins when this one's is over.
+        if (const auto& sensor = entry.spec().sensor)
+            rig_.schedule.set_stride(entry.id,
+                                     sensor->periods_of(entry.sensor->longest_ahead_s(*sensor), entry.spec().rate));
         if (rig_.cameras.follow_outputs(entry, world_ns)) {
             rig_.bus.change_camera(stream_of(entry));
             rig_.bus.adjust_camera(stream_of(entry));

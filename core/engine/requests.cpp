@@ -150,7 +150,8 @@ void Requests::wait(Waiter waiter) {
     if (waiter.min_ns == 0) waiter.min_ns = entry.applied_ns;
     const TimeNs now_ns = monotonic_now_ns();
     // Of a slow camera the next frame may take longer than that.
-    waiter.deadline_ns = now_ns + std::max(frame_timeout_ns, 2 * entry.spec().rate.time_of_frame(1));
+    waiter.deadline_ns =
+        now_ns + std::max(frame_timeout_ns, 2 * rig_.schedule.stride(entry.id) * entry.spec().rate.time_of_frame(1));
     if (answer(waiter, now_ns)) return;
     if (waiting_.size() >= max_waiting)
         return waiter.fail({ErrorKind::resource_exhausted,

@@ -29,8 +29,7 @@ std::shared_ptr<const world::WorldPast> RigState::world_past(TimeNs now_ns) cons
     for (const auto& [id, entry] : cameras.all()) {
         const world::CameraSpec& spec = entry.spec();
         if (!spec.sensor) continue;
-        const double exposure_s =
-            spec.sensor->exposure_s.value_or(1e-9 * static_cast<double>(spec.rate.time_of_frame(1)));
+        const double exposure_s = spec.sensor->exposure_s.value_or(spec.sensor->longest_exposure_s(spec.rate));
         const auto taken_ns = static_cast<TimeNs>((exposure_s + spec.sensor->readout_s) * 1e9) + 1;
         longest_ns = std::max(longest_ns, std::min(taken_ns, world::CameraPast::span_ns));
     }
@@ -77,7 +76,8 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
 
 Result<void> RigState::look_ahead(const CameraEntry& entry, const LatestDue& latest, render::View& view) const {
     const camera::ExposureTimes times = world::exposure_times_of(*latest.spec);
-    const TimeNs now_ns = latest.snapshot->world_ns, then_ns = times.time_of_frame(times.frames_until(now_ns));
+    const TimeNs now_ns = latest.snapshot->world_ns,
+                 then_ns = times.time_of_frame(times.frames_until(now_ns) + schedule.stride(entry.id) - 1);
     if (then_ns < world->last_step_ns() - world::CameraPast::span_ns)
         return error(ErrorKind::unavailable,
                      "camera " + *entry.name + ": the world has gone on for too long since that frame for its flow (" +

@@ -8,7 +8,15 @@ void Schedule::set(CameraId camera, const camera::ExposureTimes& times, TimeNs a
     Entry& entry = entries_[camera];
     entry.times = times;
     entry.next = times.frames_until(after_ns);
-    entry.sequence_offset = first_sequence - entry.next;
+    entry.sequence = first_sequence;
+    entry.stride = 1;
+}
+
+void Schedule::set_stride(CameraId camera, std::int64_t grid_points) {
+    CHECK(grid_points >= 1);
+    Entry& entry = entries_.at(camera);
+    entry.next += grid_points - entry.stride;
+    entry.stride = grid_points;
 }
 
 TimeNs Schedule::next_due_ns() const {
@@ -22,16 +30,15 @@ TimeNs Schedule::next_due_ns(CameraId camera) const {
 }
 
 std::int64_t Schedule::next_sequence(CameraId camera) const {
-    const Entry& entry = entries_.at(camera);
-    return entry.next + entry.sequence_offset;
+    return entries_.at(camera).sequence;
 }
 
 std::vector<Schedule::Due> Schedule::take(TimeNs world_ns) {
     std::vector<Due> due;
     for (auto& [camera, entry] : entries_) {
         if (entry.next_ns() != world_ns) continue;
-        due.push_back({camera, entry.next + entry.sequence_offset});
-        ++entry.next;
+        due.push_back({camera, entry.sequence++});
+        entry.next += entry.stride;
     }
     return due;
 }
@@ -40,8 +47,8 @@ TimeNs Schedule::choose_instant(TimeNs now_ns) const {
     TimeNs chosen = max_time_ns;
     for (const auto& [camera, entry] : entries_) {
         if (entry.next_ns() > now_ns) continue;
-        const TimeNs newest = entry.times.time_of_frame(entry.times.frames_until(now_ns) - 1);
-        chosen = std::min(chosen, newest);
+        const std::int64_t passed = entry.times.frames_until(now_ns) - 1 - entry.next;
+        chosen = std::min(chosen, entry.times.time_of_frame(entry.next + passed / entry.stride * entry.stride));
     }
     return chosen;
 }
@@ -49,10 +56,12 @@ TimeNs Schedule::choose_instant(TimeNs now_ns) const {
 std::vector<Schedule::Skipped> Schedule::skip_before(TimeNs world_ns) {
     std::vector<Skipped> skipped;
     for (auto& [camera, entry] : entries_) {
-        const std::int64_t next = entry.times.first_frame_at_or_after(world_ns);
-        if (next <= entry.next) continue;
-        skipped.push_back({camera, next - entry.next, entry.next_ns()});
-        entry.next = next;
+        const std::int64_t passed = entry.times.first_frame_at_or_after(world_ns) - entry.next;
+        if (passed <= 0) continue;
+        const std::int64_t frames = (passed + entry.stride - 1) / entry.stride;
+        skipped.push_back({camera, frames, entry.next_ns(), entry.stride});
+        entry.next += frames * entry.stride;
+        entry.sequence += frames;
     }
     return skipped;
 }

@@ -13,8 +13,9 @@ namespace camrig::engine {
 /// Which camera is due when. Pure arithmetic on world time; knows no clock.
 ///
 /// Every camera runs on the grid of its rate from world time 0, so cameras of one rate are due together whenever they
-/// were made, unless a clock of their own moves them (ExposureTimes). Sequence numbers rise by one per grid point, for
-/// the whole life of a camera, also across a change of rate. Thread: the engine's.
+/// were made, unless a clock of their own moves them (ExposureTimes). A camera whose pictures take longer than a period
+/// is due every stride-th grid point. Sequence numbers rise by one per due frame, for the whole life of a camera, also
+/// across a change of rate. Thread: the engine's.
 class Schedule {
 public:
     struct Due {
@@ -26,10 +27,14 @@ public:
         std::int64_t frames = 0;
         /// World time of the first one skipped, for those who ask whether anybody wanted it.
         TimeNs first_ns = 0;
+        std::int64_t stride = 1;  ///< grid points from one to the next
     };
 
     /// The camera is due first at its first grid point after `after_ns`, with sequence number `first_sequence`.
     void set(CameraId camera, const camera::ExposureTimes& times, TimeNs after_ns, std::int64_t first_sequence);
+    /// The camera, which was due just now, is due again so many (>= 1) grid points later, and so on.
+    void set_stride(CameraId camera, std::int64_t grid_points);
+    std::int64_t stride(CameraId camera) const { return entries_.at(camera).stride; }
     void remove(CameraId camera) { entries_.erase(camera); }
     bool empty() const { return entries_.empty(); }
 
@@ -52,8 +57,9 @@ public:
 private:
     struct Entry {
         camera::ExposureTimes times;
-        std::int64_t next = 0;             ///< grid index of the next due frame
-        std::int64_t sequence_offset = 0;  ///< sequence = grid index + offset
+        std::int64_t next = 0;      ///< grid index of the next due frame
+        std::int64_t sequence = 0;  ///< of that
+        std::int64_t stride = 1;
         TimeNs next_ns() const { return times.time_of_frame(next); }
     };
     std::map<CameraId, Entry> entries_;

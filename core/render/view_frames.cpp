@@ -47,7 +47,7 @@ Result<std::optional<sensor::Exposure>> exposure_of(const View& view, const worl
     sensor::SensorSetup setup{.spec = *view.spec->sensor,
                               .size = view.spec->size,
                               .intrinsics = view.spec->intrinsics,
-                              .max_exposure_s = static_cast<double>(view.spec->rate.time_of_frame(1)) * 1e-9};
+                              .rate = view.spec->rate};
     if (!setup.spec.lux) setup.spec.lux = snapshot.statics->environment.lux;
     const auto known = view.sensor != nullptr ? view.sensor : std::make_shared<sensor::CameraSensor>();
     auto exposure = known->exposure_of(setup, view.sequence, snapshot.world_ns);

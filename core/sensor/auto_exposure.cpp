@@ -55,6 +55,10 @@ void AutoExposure::advance(const FrameStatistics& statistics, const WhiteBalance
     ++frames_;
 }
 
+double AutoExposure::longest_ahead_s() const {
+    return std::ranges::max(settings_, {}, &ExposureSetting::exposure_s).exposure_s;
+}
+
 double AutoExposure::target_s(const FrameStatistics& statistics, const WhiteBalance& balance) {
     measured_ = metered(statistics, balance, 1.0);
     double gain = 1.0;

@@ -40,6 +40,8 @@ public:
 
     /// Of the next frame.
     const ExposureSetting& setting() const { return settings_.front(); }
+    /// Of the longest exposure that is decided, of the next delay_frames + 1 frames.
+    double longest_ahead_s() const;
     /// That frame was taken; `balance` is what its white balance was.
     void advance(const FrameStatistics& statistics, const WhiteBalance& balance);
 

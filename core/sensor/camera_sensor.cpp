@@ -16,7 +16,7 @@ Result<void> CameraSensor::set_up(const SensorSetup& setup) {
     auto made = Sensor::create(setup.spec, setup.size, setup.intrinsics);
     if (!made) return std::unexpected(made.error());
     sensor_ = std::make_shared<const Sensor>(std::move(*made));
-    const bool is_same = setup_ && setup_->size == setup.size && setup_->max_exposure_s == setup.max_exposure_s &&
+    const bool is_same = setup_ && setup_->size == setup.size && setup_->rate == setup.rate &&
                          without_light(setup_->spec) == without_light(setup.spec);
     setup_ = setup;
     if (is_same) return {};
@@ -27,7 +27,9 @@ Result<void> CameraSensor::set_up(const SensorSetup& setup) {
     metered_ = 0.0;
     taken_.fill({});
     if (!spec.exposure_s)
-        exposure_.emplace(AutoExposure::Options{.max_exposure_s = setup.max_exposure_s, .flicker_hz = spec.flicker_hz},
+        exposure_.emplace(AutoExposure::Options{.least_highlights = spec.least_highlights,
+                                                .max_exposure_s = spec.longest_exposure_s(setup.rate),
+                                                .flicker_hz = spec.flicker_hz},
                           last_setting_);
     if (!spec.white_balance_k) balance_.emplace(spec, AutoWhiteBalance::Options{});
     return {};
@@ -54,20 +56,28 @@ Result<Exposure> CameraSensor::exposure_of(const SensorSetup& setup, std::int64_
                   .times = setup.spec.row_times(one.setting.exposure_s, setup.size.height, end_ns),
                   .life = life_};
     const auto& gains = one.balance.gains;
-    made.reading = {.exposure_s = one.setting.exposure_s,
-                    .gain_db = one.setting.gain_db,
-                    .electrons_per_number = 1.0 / sensor_->numbers_per_e(one.setting.gain_db),
-                    .black_level = setup.spec.black(),
-                    .bits = setup.spec.bits,
-                    .red_gain = gains[0],
-                    .green_gain = gains[1],
-                    .blue_gain = gains[2],
-                    .metered = one.metered,
-                    .is_settled = one.is_settled,
-                    .exposure_start_ns = made.times.begin_ns,
-                    .exposure_end_ns = made.times.end_ns(),
-                    .row_ns = made.times.row_ns};
+    made.reading = {
+        .exposure_s = one.setting.exposure_s,
+        .gain_db = one.setting.gain_db,
+        .electrons_per_number = 1.0 / sensor_->numbers_per_e(one.setting.gain_db),
+        .black_level = setup.spec.black(),
+        .bits = setup.spec.bits,
+        .red_gain = gains[0],
+        .green_gain = gains[1],
+        .blue_gain = gains[2],
+        .metered = one.metered,
+        .is_settled = one.is_settled,
+        .exposure_start_ns = made.times.begin_ns,
+        .exposure_end_ns = made.times.end_ns(),
+        .row_ns = made.times.row_ns,
+        .fps = setup.rate.hertz() / static_cast<double>(setup.spec.periods_of(one.setting.exposure_s, setup.rate))};
     return made;
+}
+
+double CameraSensor::longest_ahead_s(const SensorSpec& spec) {
+    if (spec.exposure_s) return *spec.exposure_s;
+    const std::lock_guard lock(mutex_);
+    return exposure_ ? exposure_->longest_ahead_s() : last_setting_.exposure_s;
 }
 
 void CameraSensor::taken(const Exposure& exposure, const FrameStatistics& statistics) {

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 
+#include "core/base/rate.h"
 #include "core/base/sensor_reading.h"
 #include "core/sensor/auto_exposure.h"
 #include "core/sensor/auto_white_balance.h"
@@ -18,7 +19,7 @@ struct SensorSetup {
     SensorSpec spec;
     ImageSize size;
     camera::Intrinsics intrinsics;
-    double max_exposure_s = 0.066666;  ///< of automatic exposure: a picture's time
+    Rate rate;
     friend bool operator==(const SensorSetup&, const SensorSetup&) = default;
 };
 
@@ -42,6 +43,9 @@ public:
     /// the next one is. Another spec
     /// (but for its lux) or size begins automatic exposure anew, from where it is. Errors: Sensor::create.
     Result<Exposure> exposure_of(const SensorSetup& setup, std::int64_t sequence, TimeNs end_ns);
+    /// Of the longest of the next pictures that a camera of that spec takes, however many of those before are still
+    /// being drawn, or will not be.
+    double longest_ahead_s(const SensorSpec& spec);
     /// The picture was taken and has these statistics. Only the first time counts, and none before it.
     void taken(const Exposure& exposure, const FrameStatistics& statistics);
 

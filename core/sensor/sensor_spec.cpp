@@ -1,5 +1,6 @@
 #include "core/sensor/sensor_spec.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/field_of.h"
@@ -24,6 +25,13 @@ FieldOf<S> preset() {
 }
 
 constexpr double full_scale_s = 0.01;
+
+/// Of automatic exposure where the rate may fall: what webcams have at most (2047 of UVC's 100 us), 5 pictures a
+/// second.
+constexpr double longest_dynamic_s = 0.2;
+/// By so much the exposures of two pictures may overlap: a whole number of half periods of the mains, or of a rate, is
+/// none of nanoseconds.
+constexpr TimeNs rounding_ns = 1000;
 
 /// Photons that one lux brings on a square micrometre in a second, of the green channel's band: 4090 at 555 nm alone.
 constexpr double photons_per_um2_lux_s = 4500.0;
@@ -66,6 +74,18 @@ RowTimes SensorSpec::row_times(double counted_s, int rows, TimeNs end_ns) const 
                    .rows = rows};
     times.begin_ns = end_ns - times.end_ns();
     return times;
+}
+
+double SensorSpec::longest_exposure_s(const Rate& rate) const {
+    const double period_s = static_cast<double>(rate.time_of_frame(1)) * 1e-9;
+    return dynamic_framerate ? std::max(period_s, longest_dynamic_s) : period_s;
+}
+
+std::int64_t SensorSpec::periods_of(double counted_s, const Rate& rate) const {
+    if (!dynamic_framerate) return 1;
+    const TimeNs period_ns = rate.time_of_frame(1);
+    const TimeNs counted_ns = std::llround(counted_s * 1e9) - rounding_ns;
+    return std::max<std::int64_t>(1, (counted_ns + period_ns - 1) / period_ns);
 }
 
 std::array<double, 3> SensorSpec::responses() const {
@@ -229,12 +249,21 @@ FieldTable<SensorSpec> fields_of(std::type_identity<SensorSpec>) {
                                   .doc = "of the mains: automatic exposures last whole periods of its lamps; 0: any",
                                   .unit = "Hz",
                                   .range = {0, 400}}),
+        field_at<&S::least_highlights>(
+            {.name = "least_highlights",
+             .doc = "of automatic exposure: mean of the brightest 2 %, where the largest number is 1, "
+                    "that counts more than the mean of all; 0: none does",
+             .range = {0, 1}}),
         field_at<&S::readout_s>({.name = "readout_s",
                                  .doc = "rows begin one after the other in this time (rolling shutter); 0: all at once",
                                  .unit = "s",
                                  .range = {0, 0.2}}),
         field_at<&S::blur>(
             {.name = "blur", .doc = "what moves while a row counts is smeared; false: sharp, as in the middle of it"}),
+        field_at<&S::dynamic_framerate>(
+            {.name = "dynamic_framerate",
+             .doc =
+                 "exposures may last longer than the camera's period, and its rate falls; automatic ones up to 0.2 s"}),
         field_at<&S::seed>({.name = "seed", .doc = "of all that is random", .range = {.low = 0}}),
     };
     return table;

@@ -6,6 +6,7 @@
 
 #include "core/base/field_table.h"
 #include "core/base/named.h"
+#include "core/base/rate.h"
 #include "core/base/result.h"
 #include "core/sensor/row_times.h"
 
@@ -47,8 +48,10 @@ struct SensorSpec {
     double vignetting = 0.0;                ///< 1: the natural falloff of a lens, 0: none
     std::optional<double> white_balance_k;  ///< nullopt: automatic
     double flicker_hz = 0.0;                ///< of the mains that automatic exposure evades; 0: none
+    double least_highlights = 0.5;          ///< AutoExposure::Options
     double readout_s = 0.0;                 ///< from the first row to one after the last; 0: a global shutter
     bool blur = true;                       ///< what moves while a row counts is smeared; false: as in its middle
+    bool dynamic_framerate = false;         ///< exposures may last longer than the camera's period
     std::uint64_t seed = 0;                 ///< of all that is random
     friend bool operator==(const SensorSpec&, const SensorSpec&) = default;
 
@@ -61,6 +64,10 @@ struct SensorSpec {
     /// Of red, green and blue. Of `mono` and `rgb` all 1.
     std::array<double, 3> responses() const;
     int planes() const { return filter == ColorFilter::rgb ? 3 : 1; }
+    /// Of automatic exposure, by a camera of that rate: its period, or what lets the rate fall.
+    double longest_exposure_s(const Rate& rate) const;
+    /// How many periods of its camera a picture takes: as many as its exposure begins, 1 where the rate never falls.
+    std::int64_t periods_of(double counted_s, const Rate& rate) const;
     /// Of a picture of so many rows that count so long, and whose last one ends then.
     RowTimes row_times(double counted_s, int rows, TimeNs end_ns) const;
     bool is_bayer() const { return filter != ColorFilter::mono && filter != ColorFilter::rgb; }

@@ -366,10 +366,7 @@ TEST(Exposures, OverALayerThatIsKeptAreThoseWithoutOne) {
                     EXPECT_TRUE(with == without) << *spec.exposure_s << " " << to_string(quality) << " "
                                                  << to_string(antialias) << " " << to_string(lens.model);
                     EXPECT_EQ(none, 0u);
-                    // Of shadows through a lens or on areas nothing is kept.
-                    const bool keeps_none = quality == world::Quality::beautiful &&
-                                            (lens != camera::Lens{} || antialias == world::Antialias::coverage);
-                    EXPECT_EQ(layers, keeps_none ? 0u : 1u);
+                    EXPECT_EQ(layers, 1u);
                 }
             }
         }

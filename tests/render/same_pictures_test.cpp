@@ -10,7 +10,7 @@
 #include <openssl/evp.h>
 
 #include "core/frame/kind_format.h"
-#include "core/render/software/cpu_renderer.h"
+#include "core/render/composed_renderer.h"
 #include "tests/render/support/gallery.h"
 
 // Pictures of every shipped scene against the SHA-256 of their bytes in tests/render/expected, so that no change of the
@@ -172,8 +172,8 @@ const camera::Lens equidistant{camera::LensModel::equidistant, {-0.01, 0.004, -0
 const camera::Lens rational{camera::LensModel::rational_polynomial,
                             {0.3, -0.1, 0.0005, 0.0003, 0.01, 0.6, -0.05, 0.02}};
 
-software::CpuRenderer own_rasteriser(double max_detail_error_px) {
-    return software::CpuRenderer(
+ComposedRenderer own_rasteriser(double max_detail_error_px) {
+    return ComposedRenderer(
         {.pool = std::make_shared<frame::FramePool>(),
          .static_layer_bytes = RendererOptions{}.static_layer_bytes,
          .max_detail_error_px = max_detail_error_px,
@@ -182,7 +182,7 @@ software::CpuRenderer own_rasteriser(double max_detail_error_px) {
 }
 
 TEST(SamePictures, OfOurRasteriser) {
-    software::CpuRenderer renderer = own_rasteriser(0);
+    ComposedRenderer renderer = own_rasteriser(0);
     // Rows of 117 pixels are no whole groups of lanes.
     const std::vector<Shot> shots{
         {.camera = 0},
@@ -211,7 +211,7 @@ TEST(SamePictures, OfPeopleFarAway) {
         const std::string known = read_expected("people_far_away").drawn_by;
         if (known != made_by) GTEST_SKIP() << "the bytes are known of '" << known << "', here is '" << made_by << "'";
     }
-    software::CpuRenderer renderer = own_rasteriser(RendererOptions{}.max_detail_error_px);
+    ComposedRenderer renderer = own_rasteriser(RendererOptions{}.max_detail_error_px);
     const std::vector<Shot> shots{{.camera = 0, .kinds = all_kinds},
                                   {.camera = 1, .size = {117, 88}, .quality = world::Quality::fast},
                                   {.camera = 2, .size = {64, 48}, .quality = world::Quality::beautiful}};

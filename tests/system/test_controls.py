@@ -4,6 +4,7 @@ import itertools
 import os
 import re
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -185,13 +186,17 @@ def test_of_a_camera_with_a_sensor_they_are_the_sensors(rig, sensing):
     assert sensing.get()["sensor"]["white_balance"] == "auto"
     v4l2_ctl(rig, "-c", "white_balance_temperature_auto=0")
     assert sensing.get()["sensor"]["white_balance"] == 3000
+    assert re.search(r"exposure_dynamic_framerate 0x009a0903 \(bool\)\s+: default=0 value=0", listed), listed
+    v4l2_ctl(rig, "-c", "exposure_dynamic_framerate=1")
+    assert sensing.get()["sensor"]["dynamic_framerate"] is True
     # The picture is taken so, and its finished picture is left alone.
     taken = sensing.frame(min_ns=rig.status()["world_ns"] + 1).sensor
     assert (taken["exposure_s"], taken["gain_db"]) == (pytest.approx(0.0025), 6.5)
     assert sensing.get()["controls"] == rig.create_camera("plain", size=(64, 48)).get()["controls"]
 
     # And the other way: what the control protocol sets is what programs read.
-    sensing.set(sensor={"exposure_s": 0.02, "gain_db": 12, "flicker_hz": 50, "white_balance": 5000})
+    sensing.set(sensor={"exposure_s": 0.02, "gain_db": 12, "flicker_hz": 50, "white_balance": 5000, "dynamic_framerate": False})
+    assert get(rig, "exposure_dynamic_framerate") == 0
     assert [get(rig, name) for name in ("exposure_auto", "exposure_absolute", "gain", "power_line_frequency",
                                         "white_balance_temperature_auto", "white_balance_temperature")] == [1, 200, 120, 1, 0, 5000]
     sensing.set(sensor={"exposure_s": "auto", "white_balance": "auto"})
@@ -204,5 +209,20 @@ def test_programs_hear_what_others_do_to_a_sensor(rig, sensing):
     assert "exposure_absolute" in output or re.search(r"value: (30|70)\b", output), output
 
 
+def test_in_the_dark_a_device_slows_down_where_it_may(rig):
+    """What people trip over with webcams: the rate is still said to be 20, and 5 pictures a second come."""
+    rig.create_camera("dark", size=(64, 48), fps=20, position=(-4, 0, 2), sensor={"preset": "imx219", "exposure_s": "auto", "lux": 0.01},
+                      outputs=[{"kind": "device", "number": 7}])
+    capture = ("import sys, time, cv2\nc = cv2.VideoCapture('/dev/video7', cv2.CAP_V4L2)\n"
+               "for i in range(int(sys.argv[1])): assert c.read()[0]\n"
+               "t = [(c.read(), c.get(cv2.CAP_PROP_POS_MSEC))[1] for i in range(6)]\nprint(c.get(cv2.CAP_PROP_FPS), (t[-1] - t[0]) / 5)")
+    said, period_ms = map(float, run_with_devices(rig, sys.executable, "-c", capture, "20").split())
+    assert said == 20 and period_ms == pytest.approx(50, abs=1)
+    v4l2_ctl(rig, "-c", "exposure_dynamic_framerate=1")
+    said, period_ms = map(float, run_with_devices(rig, sys.executable, "-c", capture, "20").split())
+    assert said == 20 and period_ms == pytest.approx(200, abs=1)
+
+
 def test_a_camera_without_a_sensor_has_no_mains(rig, camera):
-    assert "power_line_frequency" not in v4l2_ctl(rig, "-L")
+    listed = v4l2_ctl(rig, "-L")
+    assert "power_line_frequency" not in listed and "exposure_dynamic_framerate" not in listed

@@ -24,6 +24,9 @@ STEP_200_MS = (476, 648)
 FAULTS, FAULT_KIND, DIRT, SEVERITY_QUARTER, SECONDS, COVERAGE_THIRD, SET_DIRT = (1030, 272), (1060, 291), (1030, 384), (1050, 315), (1060, 338), (1060, 361), (1022, 473)
 FIRST_FAULT_X, SHOWN_FAULT = (1016, 289), (1070, 289)
 WIPE = (1063, 490)  # with a fault
+# Of a camera without outputs and, below SENSOR, with a sensor; FOCUS after six turns of the wheel.
+CONTROLS, BRIGHTNESS_HIGH = (1000, 550), (1120, 685)
+SENSOR, SENSOR_ON, PRESET, IMX290, EXPOSURE, GAIN_HALF, FOCUS = (1000, 407), (1018, 427), (1100, 450), (1030, 525), (1060, 496), (1084, 519), (1120, 497)
 
 
 class View:
@@ -226,6 +229,54 @@ def test_its_panel_of_faults_sets_one_as_its_controls_say_shows_and_clears_it(ri
     display.click_to_change(SET_DIRT, SHOWN_FAULT)
     display.click_to_change(WIPE, SHOWN_FAULT)
     wait_until(lambda: not rig.fault.list("main"), what="the glass to be wiped")
+    view.close()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_a_sensor_is_put_in_and_set_and_what_others_set_of_it_is_shown(rig, display, view):
+    cam = rig.camera("main")
+    sensor = lambda: cam.get()["sensor"]
+
+    def write(place, text):
+        display.click(*place)
+        display.hold("ctrl", "a")
+        display.type(text)
+        display.hold("Return")
+
+    display.click(60, 65)
+    wait_until(lambda: display.picture()[65, 245].sum() > 60, what="the line in the list to be marked")
+    display.click_to_change(CONTROLS, BRIGHTNESS_HIGH)
+    display.click(*BRIGHTNESS_HIGH)
+    wait_until(lambda: 0.3 < cam.get()["controls"]["brightness"] < 0.7, what="the brightness")
+    display.click_to_change(CONTROLS, BRIGHTNESS_HIGH)  # closed again
+    display.click_to_change(SENSOR, SENSOR_ON)
+    assert sensor() is None
+    display.click_to_change(SENSOR_ON, EXPOSURE)
+    wait_until(lambda: sensor() is not None, what="the sensor")
+    display.click_to_change(PRESET, IMX290)
+    display.click(*IMX290)
+    wait_until(lambda: sensor()["preset"] == "imx290" and sensor()["full_well_e"] == 9193, what="the preset")
+    for text, value in (("auto", "auto"), ("0.004", 0.004)):
+        write(EXPOSURE, text)
+        wait_until(lambda: sensor()["exposure_s"] == value, what=f"exposure {text}")
+    gain = lambda: display.picture()[GAIN_HALF[1] - 8 : GAIN_HALF[1] + 8, GAIN_HALF[0] - 60 : GAIN_HALF[0] + 60]
+    wait_until(lambda: (display.picture()[EXPOSURE[1], EXPOSURE[0] - 20 : EXPOSURE[0] + 40].std() > 0), what="the exposure to be shown")
+    none = gain()
+    display.click(*GAIN_HALF)
+    wait_until(lambda: 20 < sensor()["gain_db"] < 28, what="the gain")
+    display.xdotool("mousemove", 600, 300)
+    wait_until(lambda: not np.array_equal(gain(), none), what="the gain to be shown")
+    rig.step(seconds=0.04)
+    taken = cam.frame().sensor
+    assert taken["exposure_s"] == 0.004 and taken["gain_db"] == sensor()["gain_db"]
+    cam.set(sensor={"gain_db": 0})
+    wait_until(lambda: np.array_equal(gain(), none), what="what another has set to be shown")
+    for _ in range(6):
+        display.click(1240, 600, button=5)  # the wheel, beside all controls
+    wait_until(lambda: display.picture()[FOCUS[1], FOCUS[0] - 100 : FOCUS[0]].std() > 0, what="the end of the sensor")
+    write(FOCUS, "4.5")
+    wait_until(lambda: sensor()["focus_m"] == 4.5, what="the focus")
+    assert (sensor()["exposure_s"], sensor()["gain_db"], sensor()["preset"]) == (0.004, 0, "imx290")
     view.close()
 
 

@@ -1,12 +1,15 @@
 """The web page: cameras are made, steered, watched and deleted in it, and what goes wrong is said."""
 
 import math
+import os
 import subprocess
 
 import pytest
 
 from conftest import REPOSITORY, wait_until
 from web_page import chromium, drag, metres_per_pixel, middle, opened, pixels, until, wait_for_picture
+
+CAMRIG = os.environ["CAMRIG_BIN"]
 
 
 @pytest.fixture(scope="module")
@@ -280,6 +283,56 @@ def test_all_of_a_camera_is_shown_and_an_object_that_is_whole_is_changed_by_its_
         group("Mount").get_by_label("Actor").fill("mei")
         page.keyboard.press("Enter")
         wait_until(lambda: (camera.get()["mount"] or {}).get("actor") == "mei", what="the other mount")
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_sensor_is_put_in_and_set_and_what_programs_set_of_it_is_shown(rig, browser):
+    """One model: what the page sets, programs that know V4L2 read, and the other way round; pictures are taken so."""
+    camera = rig.create_camera("counts", size=(320, 240), fps=20, place="main", outputs=[{"kind": "device", "number": 7}])
+    v4l2_ctl = lambda *arguments: subprocess.run([CAMRIG, "exec", "--control", rig.info()["control"], "--", "v4l2-ctl", "-d", "/dev/video7", *arguments],  # noqa: E731
+                                                 capture_output=True, text=True, timeout=60, check=True).stdout
+    sensor = lambda: camera.get()["sensor"]  # noqa: E731
+    with opened(browser, rig.page_url) as page:
+        page.click(".tile[data-camera=counts]")
+        group = page.locator("#fields").get_by_role("group", name="Sensor", exact=True)
+        field = lambda label: group.get_by_label(label, exact=True)  # noqa: E731
+
+        def write(label, text):
+            field(label).fill(text)
+            page.keyboard.press("Enter")
+
+        choice = lambda label: group.get_by_label(label).first  # noqa: E731
+        choice("Sensor").select_option("on")
+        wait_until(lambda: sensor() is not None, what="the sensor")
+        choice("Preset").select_option("imx290")
+        wait_until(lambda: sensor()["preset"] == "imx290" and sensor()["bits"] == 12, what="the preset")
+        until(page, "[...document.querySelectorAll('#fields label')].find(one => one.textContent.startsWith('Full well')).querySelector('input').value === '9193'")
+        # Small numbers are shown whole.
+        assert field("Pixel pitch m (m)").input_value() == "0.0000029" and field("Exposure s (s)").input_value() == "0.01"
+        for label, text, key, value in (("Exposure s (s)", "auto", "exposure_s", "auto"), ("Exposure s (s)", "0.004", "exposure_s", 0.004), ("Gain db (dB)", "6.5", "gain_db", 6.5),
+                                        ("Focus m (m)", "4.5", "focus_m", 4.5), ("Focus m (m)", "", "focus_m", None), ("White balance (K)", "5000", "white_balance", 5000)):  # fmt: skip
+            write(label, text)
+            wait_until(lambda: sensor()[key] == value, what=f"{label} {text}")
+        choice("Dynamic framerate").select_option("on")
+        wait_until(lambda: sensor()["dynamic_framerate"], what="a rate that may fall")
+        taken = camera.frame(min_ns=rig.status()["world_ns"] + 1).sensor
+        assert (taken["exposure_s"], taken["gain_db"]) == (0.004, 6.5)
+        read = v4l2_ctl("-C", "exposure_auto,exposure_absolute,gain,white_balance_temperature,exposure_dynamic_framerate")
+        for line in ("exposure_auto: 1", "exposure_absolute: 40", "gain: 65", "white_balance_temperature: 5000", "exposure_dynamic_framerate: 1"):
+            assert line in read, read
+
+        v4l2_ctl("-c", "exposure_absolute=25,gain=120,brightness=15")
+        until(page, "[...document.querySelectorAll('#fields input')].some(one => one.value === '0.0025')")
+        assert field("Gain db (dB)").input_value() == "12"
+        controls = page.locator("#fields").get_by_role("group", name="Controls", exact=True)
+        assert controls.get_by_label("Brightness").input_value() == "0.15"
+        v4l2_ctl("-c", "exposure_auto=3")
+        until(page, "[...document.querySelectorAll('#fields input')].some(one => one.value === 'auto')")
+        assert field("Exposure s (s)").input_value() == "auto"
+        write("Exposure s (s)", "20")
+        page.wait_for_selector("#messages .error")
+        assert "sensor.exposure_s: must be 1e-6 to 10 s" in page.text_content("#messages")
+        page.get_by_label("Dismiss this message").click()
 
 
 def test_what_the_rig_refuses_is_said_in_its_own_words(rig, page):

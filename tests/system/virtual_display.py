@@ -67,6 +67,11 @@ class VirtualDisplay:
     def key(self, *keys: str):
         self.xdotool("key", *keys)
 
+    def hold(self, *keys: str):
+        """Presses keys together for as long as a hand does: what is pressed and let go between two frames is lost to Dear ImGui 1.86."""
+        pressed = [word for key in keys for word in ("keydown", key)]
+        self.xdotool(*pressed, "sleep", 0.3, *[word for key in reversed(keys) for word in ("keyup", key)], "sleep", 0.1)
+
     def type(self, text: str):
         self.xdotool("type", "--delay", 40, text)
 

@@ -266,6 +266,20 @@ const std::vector<CameraControl>& camera_controls() {
                      [value](ImageControls& controls) { controls.exposure_ev = std::log2(value / usual_exposure); });
              },
          .range_of_sensors = std::pair(1, longest_exposure)},
+        // Of old "Exposure, Auto Priority", which says less.
+        {.control = {V4L2_CID_EXPOSURE_AUTO_PRIORITY, boolean, "Exposure, Dynamic Framerate", 0, 1, 1, 0, 0, {}},
+         .read =
+             [](const Known& known) {
+                 const auto* sensor = sensor_of(known);
+                 return std::int32_t{sensor && sensor->dynamic_framerate};
+             },
+         .write =
+             [](std::int32_t value, const Known&, Change& change) {
+                 change_either(
+                     change, [value](sensor::SensorSpec& sensor) { sensor.dynamic_framerate = value != 0; },
+                     [](ImageControls&) {});
+             },
+         .is_of_sensors = true},
         {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
          [](const Known& known) {
              return whole(-camera::angles_of(known.camera.spec()->pose.orientation).pan * arcsec_per_rad);

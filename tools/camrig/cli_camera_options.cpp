@@ -109,10 +109,11 @@ Result<json> object_of(const Field& field, const std::vector<std::string>& given
         const bool is_none = is_known && part->is_nullable() && of_part == "none";
         const json value = is_none ? json() : is_text ? json(of_part) : json::parse(of_part, nullptr, false);
         if (sign == 0 || (!is_none && !is_text && !value.is_number() && !value.is_boolean() && !value.is_array()))
-            return error(ErrorKind::invalid_argument, "--" + field.option_text() + ": \"" + text +
-                                                          "\" must be NAME=VALUE with a number, true or false, e.g. " +
-                                                          field.parts.back().name + "=1" +
-                                                          (field.is_nullable() ? ", or none, to take it away" : ""));
+            return error(
+                ErrorKind::invalid_argument,
+                "--" + field.option_text() + ": \"" + text + "\" must be NAME=VALUE with a number, true or false, " +
+                    (is_known && !part->word.empty() ? "or \"" + part->word + "\", " : "") + "e.g. " +
+                    field.parts.back().name + "=1" + (field.is_nullable() ? ", or none, to take it away" : ""));
         object[name] = value;
     }
     return object;

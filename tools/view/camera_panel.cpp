@@ -129,9 +129,13 @@ void set(Session& session, const std::string& camera, const std::string& key, js
 void edit_described(Session& session, const json& fields, const json& camera) {
     ImGui::PushID("described");  // some have the name of a control above
     draw_described(fields, camera, [&](json wish) {
-        const std::string key = wish.begin().key();
+        std::string key = wish.begin().key();
+        const bool is_optics = key == "intrinsics" || key.ends_with("fov_deg");
+        // A change that waits gives way to a later one of the same thing, not of another part of it.
+        if (const json& value = wish.begin().value(); value.is_object() && !value.empty())
+            key += "/" + value.begin().key();
         // Optics are what they are at the zoom that is given with them.
-        if (key == "intrinsics" || key.ends_with("fov_deg")) wish["zoom"] = camera.at("zoom");
+        if (is_optics) wish["zoom"] = camera.at("zoom");
         set(session, camera.at("name"), key, std::move(wish));
     });
     ImGui::PopID();

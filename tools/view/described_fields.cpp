@@ -17,6 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t max_text = 1024;
+constexpr double widest_slider = 1000;
 
 std::string label_of(const json& field) {
     std::string text = field.value("label", field.at("name").get<std::string>());
@@ -27,8 +28,11 @@ std::string label_of(const json& field) {
 /// The new value, or discarded when nobody has changed it.
 json changed_number(const json& field, const char* label, double value) {
     const double before = value;
-    if (field.contains("minimum") && field.contains("maximum")) {
-        const double low = field.at("minimum").get<double>(), high = field.at("maximum").get<double>();
+    const bool has_ends = field.contains("minimum") && field.contains("maximum");
+    const double low = has_ends ? field.at("minimum").get<double>() : 0,
+                 high = has_ends ? field.at("maximum").get<double>() : 0;
+    // From micro to milli nobody slides to what he means.
+    if (has_ends && (low <= 0 || high / low <= widest_slider)) {
         ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &low, &high, "%.4g");
     } else {
         ImGui::InputDouble(label, &value, 0, 0, "%.6g", ImGuiInputTextFlags_EnterReturnsTrue);

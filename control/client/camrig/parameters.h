@@ -159,8 +159,10 @@ struct Sensor {
     std::optional<double> vignetting = {};  ///< 0 to 4: 1 is the natural falloff of a lens, cos^4 of the angle
     std::optional<NumberOrAuto> white_balance = {};  ///< K; 2000 to 12000: the light that is taken for white
     std::optional<double> flicker_hz = {};  ///< Hz; 0 to 400: of the mains: automatic exposures last whole periods of its lamps; 0: any
+    std::optional<double> least_highlights = {};  ///< 0 to 1: of automatic exposure: mean of the brightest 2 %, where the largest number is 1, that counts more than the mean of all; 0: none does
     std::optional<double> readout_s = {};  ///< s; 0 to 0.2: rows begin one after the other in this time (rolling shutter); 0: all at once
     std::optional<bool> blur = {};  ///< what moves while a row counts is smeared; false: sharp, as in the middle of it
+    std::optional<bool> dynamic_framerate = {};  ///< exposures may last longer than the camera's period, and its rate falls; automatic ones up to 0.2 s
     std::optional<std::uint64_t> seed = {};  ///< at least 0: of all that is random
 
     template <typename Self, typename Visit>
@@ -189,8 +191,10 @@ struct Sensor {
         visit("vignetting", self.vignetting);
         visit("white_balance", self.white_balance);
         visit("flicker_hz", self.flicker_hz);
+        visit("least_highlights", self.least_highlights);
         visit("readout_s", self.readout_s);
         visit("blur", self.blur);
+        visit("dynamic_framerate", self.dynamic_framerate);
         visit("seed", self.seed);
     }
 };

@@ -165,10 +165,14 @@ class Sensor(TypedDict, total=False):
     """K; 2000 to 12000: the light that is taken for white"""
     flicker_hz: float
     """Hz; 0 to 400: of the mains: automatic exposures last whole periods of its lamps; 0: any"""
+    least_highlights: float
+    """0 to 1: of automatic exposure: mean of the brightest 2 %, where the largest number is 1, that counts more than the mean of all; 0: none does"""
     readout_s: float
     """s; 0 to 0.2: rows begin one after the other in this time (rolling shutter); 0: all at once"""
     blur: bool
     """what moves while a row counts is smeared; false: sharp, as in the middle of it"""
+    dynamic_framerate: bool
+    """exposures may last longer than the camera's period, and its rate falls; automatic ones up to 0.2 s"""
     seed: int
     """at least 0: of all that is random"""
 

@@ -81,7 +81,7 @@ const labelOf = ({ name, label = name.replaceAll('_', ' '), unit }) => label[0].
 /** A value as people read it: lists with spaces, objects with the names of their parts. */
 function textOf(value) {
   if (value == null) return '';
-  if (typeof value === 'number') return rounded(value, 4);
+  if (typeof value === 'number') return Number.isInteger(value) ? String(value) : String(Number(value.toPrecision(6)));
   if (Array.isArray(value)) return value.map(textOf).join(value.some((one) => typeof one === 'object') ? '; ' : ' ');
   if (typeof value === 'object') return Object.entries(value).map(([name, part]) => `${name.replaceAll('_', ' ')} ${textOf(part)}`).join(', ');
   return String(value);

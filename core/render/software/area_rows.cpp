@@ -91,7 +91,7 @@ CAMRIG_LANES void add_picture(const RowsOfView& of, SampleMask mask, const Pixel
     made.mask = mask;
     made.plane = plane;
     made.color = linear_of(of.work.canvas.color(y)[x]);
-    of.band.place_of_fragment.push_back(no_triangle);
+    of.band.place_of_fragment.push_back(no_place);
 }
 
 /// A part of a static pixel; place: of its colour.
@@ -112,7 +112,7 @@ CAMRIG_LANES void add_crowded(const RowsOfView& of, int x, int y, ShownParts& pa
     const std::span<Shown> shown = parts.all();
     find_surfaces(of.scratch.geometry, shown);
     if (is_as_its_middle(shown, number)) return;
-    if (shown.empty() && of.work.backdrop == nullptr) add_static(band, 0, {}, no_triangle);
+    if (shown.empty() && of.work.backdrop == nullptr) add_static(band, 0, {}, no_place);
     const auto first = band.place_of_fragment.size();
     SampleMask uncovered = all_samples;
     for (std::size_t i = 0; i < shown.size(); ++i) {
@@ -163,12 +163,27 @@ CAMRIG_WIDE void resolve_statics_wide(const RowsOfView& of) {
     resolve_statics_body<Avx2Isa>(of);
 }
 
+bool is_light(const RowsOfView& of) {
+    return static_cast<bool>(of.work.canvas.light);
+}
+
+/// The layer is as if nothing moved: what movers shade is drawn over it in each picture.
+bool keeps_shadows_apart(const ViewWork& work) {
+    return work.layer != nullptr && work.layer->shadowed != nullptr;
+}
+
 void shade_static_fragments(const RowsOfView& of) {
-    shade_places(of.scratch.geometry, static_cast<bool>(of.work.canvas.light), of.band.places);
+    StaticPixels& statics = of.band.statics;
+    const bool is_apart = keeps_shadows_apart(of.work);
+    shade_places(of.scratch.geometry, {.is_light = is_light(of), .has_movers = !is_apart}, of.band.places);
     for (std::size_t i = 0; i < of.band.place_of_fragment.size(); ++i) {
         const std::uint32_t place = of.band.place_of_fragment[i];
-        if (place != no_triangle) of.band.statics.fragments[i].color = of.band.places.colors[place];
+        if (place != no_place) statics.fragments[i].color = of.band.places.colors[place];
     }
+    if (!is_apart) return;
+    statics.places = of.band.places.places;
+    statics.place_of_fragment = of.band.place_of_fragment;
+    for (const StaticFragment& fragment : statics.fragments) statics.lit_colors.push_back(fragment.color);
 }
 
 /// Statics that nothing hides.
@@ -208,8 +223,77 @@ void draw_static_pixels(const RowsOfView& of) {
     describe_visible(of.scratch, of.rect, of.work);
     mixed.leave_out(numbers);
     catch_shadows(of.scratch.geometry, of.scratch.proxies, false, of.rect, of.work.canvas, numbers);
-    shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers);
+    const bool is_apart = keeps_shadows_apart(of.work);
+    if (is_apart) copy(numbers, of.work.layer->shadowed->numbers.rows(), of.rect);
+    shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers, !is_apart);
     mixed.mix(of.band.places, of.work.canvas);
+}
+
+/// The fragments of a layer's pixels that movers may shade, in the rectangles; the others are as if nothing moved.
+void find_shadowed_fragments(const RowsOfView& of, const ViewGeometry& geometry, StaticPixels& statics) {
+    AreaBand& band = of.band;
+    band.places.clear();
+    band.fragment_of_place.clear();
+    for (const PixelRect& rect : of.work.rects) {
+        const PixelRect part = common(rect, of.rect);
+        for (int y = part.y0; y < part.y1; ++y) {
+            statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
+                if (x < part.x0 || x >= part.x1) return;
+                for (std::uint32_t i = statics.first[pixel]; i < statics.first[pixel + 1]; ++i) {
+                    statics.fragments[i].color = statics.lit_colors[i];
+                    if (statics.place_of_fragment[i] == no_place) continue;
+                    band.places.add(statics.places[statics.place_of_fragment[i]]);
+                    band.fragment_of_place.push_back(i);
+                }
+            });
+        }
+    }
+    band.is_shadowed.resize(band.places.places.size());
+    find_shadowed(geometry, band.places.places, band.is_shadowed);
+    std::size_t left = 0;
+    for (std::size_t i = 0; i < band.is_shadowed.size(); ++i) {
+        if (band.is_shadowed[i] == 0) continue;
+        band.places.places[left] = band.places.places[i];
+        band.fragment_of_place[left++] = band.fragment_of_place[i];
+    }
+    band.places.places.resize(left);
+    band.fragment_of_place.resize(left);
+}
+
+/// Over the layer, which is in the picture: what stands still where the shadows of movers fall on it.
+void draw_shadows_of_movers(const RowsOfView& of) {
+    if (!keeps_shadows_apart(of.work)) return;
+    const StaticLayer& layer = *of.work.layer;
+    AreaBand& band = of.band;
+    // Its geometry and pixels become the layer's with the last band of the first picture.
+    const ViewGeometry& geometry = of.work.is_in_parts ? layer.shadowed->geometry : of.scratch.geometry;
+    StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : band.statics;
+    for (const PixelRect& rect : of.work.rects) {
+        const PixelRect part = common(rect, of.rect);
+        find_shadowed(geometry, part, layer.depth.rows(), layer.shadowed->numbers.rows(), of.scratch.numbers.rows());
+        shade_visible(geometry, part, of.work.canvas, of.scratch.numbers);
+    }
+    find_shadowed_fragments(of, geometry, statics);
+    shade_places(geometry, {.is_light = is_light(of)}, band.places);
+    MixedPixels& mixed = band.mixed;
+    mixed.clear(background_of(of.work));
+    for (std::size_t i = 0; i < band.fragment_of_place.size(); ++i)
+        statics.fragments[band.fragment_of_place[i]].color = band.places.colors[i];
+    auto next = band.fragment_of_place.begin();
+    for (const PixelRect& rect : of.work.rects) {
+        const PixelRect part = common(rect, of.rect);
+        for (int y = part.y0; y < part.y1; ++y) {
+            statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
+                if (x < part.x0 || x >= part.x1 || next == band.fragment_of_place.end()) return;
+                const std::uint32_t end = statics.first[pixel + 1];
+                if (*next < statics.first[pixel] || *next >= end) return;
+                while (next != band.fragment_of_place.end() && *next < end) ++next;
+                mixed.begin(x, y);
+                add_statics(statics.at(x, y), mixed);
+            });
+        }
+    }
+    mixed.mix(band.places, of.work.canvas);
 }
 
 /// Remembers what stands still where movers will be drawn over it.
@@ -310,7 +394,7 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
     Shown& whole = to.append(all_samples, {}, 0.0f);
     if (const StaticLayer* const layer = of.work.layer; layer != nullptr) {
         whole.plane = plane_of(layer->depth.rows()(y)[x], layer->areas.steps.rows()(y)[x]);
-        whole.color = shown_by(layer->picture.canvas(), x, y);
+        whole.color = shown_by(of.work.canvas, x, y);
     } else {
         const std::uint32_t number = of.scratch.areas.statics_behind.rows()(y)[x];
         whole.plane = plane_of(of.scratch.areas.depth_behind.rows()(y)[x],
@@ -372,9 +456,18 @@ CAMRIG_WIDE void resolve_movers_wide(const RowsOfView& of) {
 void mark_movers(const RowsOfView& of) {
     AreaBand& band = of.band;
     band.marked.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
-    for (const PixelRect& rect : of.work.rects)
+    const auto mark = [&](const PixelRect& rect) {
         mark_crossings(of.scratch.geometry, common(rect, of.rect), of.scratch.areas.outlines, of.scratch.numbers,
                        of.scratch.statics.count, band.marked);
+    };
+    for (const PixelRect& rect : of.work.rects) {
+        if (of.work.layer == nullptr) {
+            mark(rect);
+            continue;
+        }
+        // What stands still is mixed already, in shadows of movers too.
+        for (const PixelRect& mover : of.work.movers.rects) mark(common(mover, rect));
+    }
     unmark_blind(of, band.marked);
     band.marked.number();
 }
@@ -393,7 +486,7 @@ void draw_movers(const RowsOfView& of) {
     } else {
         resolve_movers_body<PlainIsa>(of);
     }
-    shade_places(geometry, static_cast<bool>(of.work.canvas.light), band.places);
+    shade_places(geometry, {.is_light = is_light(of)}, band.places);
     if (of.work.layer == nullptr) {
         // A background behind a mover is in the picture already: nothing is shaded over it yet.
         for (const PixelRect& rect : of.work.movers.rects) {
@@ -440,6 +533,7 @@ void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, 
             return mark_statics(of);
         case 2:
             if (!work.is_in_parts) draw_statics(of);
+            draw_shadows_of_movers(of);
             return find_movers(of);
         case 3:
             return mark_movers(of);

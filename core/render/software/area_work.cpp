@@ -5,6 +5,9 @@ namespace camrig::render::software {
 void StaticPixels::clear(int width, int y0, int y1) {
     marked.clear(width, y0, y1);
     fragments.clear();
+    lit_colors.clear();
+    place_of_fragment.clear();
+    places.clear();
     first.assign(1, 0);
 }
 
@@ -27,12 +30,20 @@ void AreaScratch::gather(StaticPixels& to) const {
         const auto offset = static_cast<std::uint32_t>(to.fragments.size());
         to.marked.take(from.marked);
         to.fragments.insert(to.fragments.end(), from.fragments.begin(), from.fragments.end());
+        to.lit_colors.insert(to.lit_colors.end(), from.lit_colors.begin(), from.lit_colors.end());
+        const auto place_offset = static_cast<std::uint32_t>(to.places.size());
+        for (const std::uint32_t place : from.place_of_fragment)
+            to.place_of_fragment.push_back(place == no_place ? no_place : place + place_offset);
+        to.places.insert(to.places.end(), from.places.begin(), from.places.end());
         for (std::size_t k = 0; k + 1 < from.first.size(); ++k) to.first.push_back(from.first[k] + offset);
     }
     to.marked.number();
     to.first.push_back(static_cast<std::uint32_t>(to.fragments.size()));
     to.fragments.shrink_to_fit();
     to.first.shrink_to_fit();
+    to.lit_colors.shrink_to_fit();
+    to.place_of_fragment.shrink_to_fit();
+    to.places.shrink_to_fit();
 }
 
 }  // namespace camrig::render::software

@@ -24,6 +24,11 @@ struct StaticPixels {
     MarkedPixels marked;
     std::vector<std::uint32_t> first;  ///< into fragments, per marked pixel, and the end
     std::vector<StaticFragment> fragments;
+    /// Of a layer on which the shadows of movers fall (shadowed_statics.h), by fragment: its colour without them, and
+    /// which of `places` it has, if any. What it has now is in `fragments`, where the picture was drawn.
+    std::vector<glm::vec3> lit_colors;
+    std::vector<std::uint32_t> place_of_fragment;
+    std::vector<ShadedPlace> places;
 
     void clear(int width, int y0, int y1);
     /// None: the pixel shows what its centre does.
@@ -34,7 +39,10 @@ struct StaticPixels {
     }
     std::int64_t bytes() const {
         return marked.bytes() +
-               static_cast<std::int64_t>(first.size() * sizeof first[0] + fragments.size() * sizeof fragments[0]);
+               static_cast<std::int64_t>(first.size() * sizeof first[0] + fragments.size() * sizeof fragments[0] +
+                                         lit_colors.size() * sizeof lit_colors[0] +
+                                         place_of_fragment.size() * sizeof place_of_fragment[0] +
+                                         places.size() * sizeof places[0]);
     }
 };
 
@@ -53,6 +61,9 @@ struct AreaBand {
     PixelFragments fragments;
     ShadedPlaces places;
     std::vector<std::uint32_t> place_of_fragment;
+    /// Of `places` of what stands still, while shadows are looked for on it.
+    std::vector<std::uint32_t> fragment_of_place;
+    std::vector<std::uint8_t> is_shadowed;
     MixedPixels mixed;
 };
 

@@ -7,6 +7,9 @@
 
 namespace camrig::render::software {
 
+/// Instead of a number among places.
+inline constexpr std::uint32_t no_place = ~0u;
+
 /// A point of a triangle to be shaded.
 struct ShadedPlace {
     std::uint32_t triangle = 0;
@@ -26,7 +29,11 @@ struct ShadedPlaces {
         return static_cast<std::uint32_t>(places.size()) - 1;
     }
 };
-/// is_light: not clamped to what a picture of codes can show.
-void shade_places(const ViewGeometry& geometry, bool is_light, ShadedPlaces& of);
+/// How they are shaded.
+struct PlaceLight {
+    bool is_light = false;   ///< not clamped to what a picture of codes can show
+    bool has_movers = true;  ///< as of shade()
+};
+void shade_places(const ViewGeometry& geometry, PlaceLight light, ShadedPlaces& of);
 
 }  // namespace camrig::render::software

@@ -1,5 +1,10 @@
 #include "core/render/software/shadowed_statics.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "core/render/software/coverage.h"
+#include "core/render/software/ray_pixels.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/shadow_lookup.h"
 
@@ -30,6 +35,59 @@ CAMRIG_LANES void find_shadowed_body(const ViewGeometry& geometry, const PixelRe
     }
 }
 
+/// The ray through a place, and the depth of its triangle there, at the nearest subpixel.
+struct PlaceInView {
+    glm::vec3 ray;
+    float depth;
+};
+CAMRIG_LANES PlaceInView place_in_view(const ViewGeometry& geometry, const ShadedPlace& place) {
+    const double column = place.x / subpixels, row = place.y / subpixels;
+    if (geometry.rays() != nullptr) {
+        const auto x = static_cast<int>(std::lround(column)), y = static_cast<int>(std::lround(row));
+        const PixelRay pixel(*geometry.rays(), x, y);
+        const glm::vec3 ray =
+            pixel.at + pixel.dx * static_cast<float>(column - x) + pixel.dy * static_cast<float>(row - y);
+        const auto farthest = static_cast<float>(geometry.farthest());
+        return {ray, along(geometry.ray_triangles()[place.triangle].depth, ray) + farthest};
+    }
+    const camera::Intrinsics& k = geometry.transform().intrinsics;
+    const Setup s = set_up(geometry.vertices().data(), geometry.triangles()[place.triangle]);
+    const DepthPlane plane = depth_plane(s);
+    const auto x = static_cast<std::int64_t>(place.x), y = static_cast<std::int64_t>(place.y);
+    return {{(column - k.cx) / k.fx, (row - k.cy) / k.fy, 1.0},
+            static_cast<float>(plane.base + static_cast<double>(edge(s, 1, x, y)) * plane.second +
+                               static_cast<double>(edge(s, 2, x, y)) * plane.third)};
+}
+
+template <typename Isa>
+CAMRIG_LANES void find_shadowed_places_body(const ViewGeometry& geometry, std::span<const ShadedPlace> places,
+                                            std::span<std::uint8_t> to) {
+    const auto farthest = geometry.farthest();
+    const auto depth_shift = static_cast<float>(geometry.transform().depth_shift);
+    for (std::size_t first = 0; first < places.size(); first += lane_count) {
+        const std::size_t count = std::min<std::size_t>(lane_count, places.size() - first);
+        Lanes3 ray{};
+        Lanes depth{};
+        for (std::size_t i = 0; i < lane_count; ++i) {
+            const std::size_t at = first + std::min(i, count - 1);
+            const auto lane = static_cast<int>(i);
+            const PlaceInView place = place_in_view(geometry, places[at]);
+            ray.x[lane] = place.ray.x;
+            ray.y[lane] = place.ray.y;
+            ray.z[lane] = place.ray.z;
+            depth[lane] = place.depth;
+        }
+        const Lanes3 position = ray * (depth_shift / (depth - farthest));
+        IntLanes shadowed{};
+        for (const ShadowInView& map : geometry.shadows()) shadowed |= may_show_movers<Isa>(map, position);
+        for (std::size_t i = 0; i < count; ++i) to[first + i] = shadowed[static_cast<int>(i)] != 0;
+    }
+}
+CAMRIG_WIDE void find_shadowed_places_wide(const ViewGeometry& geometry, std::span<const ShadedPlace> places,
+                                           std::span<std::uint8_t> to) {
+    find_shadowed_places_body<Avx2Isa>(geometry, places, to);
+}
+
 CAMRIG_WIDE void find_shadowed_wide(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depths,
                                     Rows<std::uint32_t> numbers, Rows<std::uint32_t> to) {
     find_shadowed_body<Avx2Isa>(geometry, rect, depths, numbers, to);
@@ -41,6 +99,11 @@ void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<flo
                    Rows<std::uint32_t> to) {
     if (geometry.wide_lanes()) return find_shadowed_wide(geometry, rect, depth, numbers, to);
     find_shadowed_body<PlainIsa>(geometry, rect, depth, numbers, to);
+}
+
+void find_shadowed(const ViewGeometry& geometry, std::span<const ShadedPlace> places, std::span<std::uint8_t> to) {
+    if (geometry.wide_lanes()) return find_shadowed_places_wide(geometry, places, to);
+    find_shadowed_places_body<PlainIsa>(geometry, places, to);
 }
 
 }  // namespace camrig::render::software

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+
+#include "core/render/software/place_shading.h"
 #include "core/render/software/rasterizer.h"
 
 /// What stands still where the shadows of what moves fall on it.
@@ -15,8 +18,10 @@ struct ShadowedStatics {
 };
 
 /// Where movers may be in the way of the light of a pixel, sets its number in `to` to that of its static triangle.
-/// depth: of what stands still. Without a lens.
+/// depth: of what stands still.
 void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depth, Rows<std::uint32_t> numbers,
                    Rows<std::uint32_t> to);
+/// The same of places: whether movers may be in the way of their light.
+void find_shadowed(const ViewGeometry& geometry, std::span<const ShadedPlace> places, std::span<std::uint8_t> to);
 
 }  // namespace camrig::render::software

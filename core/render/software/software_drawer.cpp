@@ -339,8 +339,8 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
         shadows_instant_ = instant_;
         if (shadows_.empty()) continue;
         work->shadows = shadows_.in_view(work->scene.transform);
-        // Where shadows of movers fall is known of pixels that show one point, and of no lens.
-        if (work->scene.lens != nullptr || has_areas(*work->view)) work->layer = nullptr;
+        // Where shadows of movers fall is not known of areas of the picture of a backdrop.
+        if (work->backdrop != nullptr && has_areas(*work->view)) work->layer = nullptr;
     }
     if (cost_ns == 0) return;
     const auto is_beautiful = [](const ViewWork* work) { return work->scene.quality == world::Quality::beautiful; };
@@ -350,8 +350,8 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
 }
 
 void SoftwareDrawer::find_changed_rects(ViewWork& work) {
-    work.rects.swap(work.movers.rects);
-    if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene.transform, work.rects);
+    work.rects.assign(work.movers.rects.begin(), work.movers.rects.end());
+    if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene, work.whole, work.rects);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
 }
 
@@ -510,11 +510,8 @@ void SoftwareDrawer::charge_for(StaticLayer& layer, std::int64_t bytes) {
 
 void SoftwareDrawer::keep_what_was_drawn(ViewWork& work, ViewScratch& scratch) {
     if (work.layer == nullptr || work.is_in_parts) return;
-    if (work.has_areas) {
-        keep_areas(work, scratch);
-    } else if (work.is_shaded() && work.layer->shadowed != nullptr) {
-        keep_shadowed(work, scratch);
-    }
+    if (work.has_areas) keep_areas(work, scratch);
+    if (work.is_shaded() && work.layer->shadowed != nullptr) keep_shadowed(work, scratch);
 }
 
 void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {

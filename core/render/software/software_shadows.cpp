@@ -208,10 +208,15 @@ std::vector<ShadowInView> SoftwareShadows::in_view(const ViewTransform& t) const
     return made;
 }
 
-void SoftwareShadows::find_changed_pixels(const ViewTransform& view, std::vector<PixelRect>& to) const {
+void SoftwareShadows::find_changed_pixels(const scene::SceneView& view, const PixelRect& whole,
+                                          std::vector<PixelRect>& to) const {
+    if (view.lens != nullptr) {
+        if (!maps_.empty() && !casters_.empty()) to.push_back(whole);
+        return;
+    }
     for (const Map& map : maps_) {
         for (const WorldBox& caster : casters_) {
-            if (const auto rect = shadow_pixels(view, map.view, caster, receivers_)) to.push_back(*rect);
+            if (const auto rect = shadow_pixels(view.transform, map.view, caster, receivers_)) to.push_back(*rect);
         }
     }
 }

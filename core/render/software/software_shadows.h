@@ -31,8 +31,9 @@ public:
     bool empty() const { return maps_.empty(); }
     /// As a view of the scene looks them up, until the next update.
     std::vector<ShadowInView> in_view(const ViewTransform& view) const;
-    /// Appends rectangles that hold every pixel of a view without a lens whose light movers may be in the way of.
-    void find_changed_pixels(const ViewTransform& view, std::vector<PixelRect>& to) const;
+    /// Appends rectangles that hold every pixel of a view whose light movers may be in the way of; through a lens,
+    /// whose pictures of long shadows are not bounded, all of it.
+    void find_changed_pixels(const scene::SceneView& view, const PixelRect& whole, std::vector<PixelRect>& to) const;
 
 private:
     struct Map {

@@ -60,6 +60,37 @@ TEST(Schedule, UnderOverloadTheOldestNewestInstantIsChosen) {
     EXPECT_EQ(schedule.take(120 * ns_per_ms).size(), 2u);
 }
 
+TEST(Schedule, PicturesThatTakeSeveralPeriodsFallDueAfterThemAndAreNumberedOnByOne) {
+    Schedule schedule;
+    schedule.set(a, rate("25"), 0, 1);
+    EXPECT_EQ(schedule.take(40 * ns_per_ms).front().sequence, 1);
+    schedule.set_stride(a, 3);
+    EXPECT_EQ(schedule.next_due_ns(a), 160 * ns_per_ms);
+    EXPECT_THAT(schedule.take(80 * ns_per_ms), testing::IsEmpty());
+    EXPECT_EQ(schedule.take(160 * ns_per_ms).front().sequence, 2);
+    schedule.set_stride(a, 1);
+    EXPECT_EQ(schedule.next_due_ns(a), 200 * ns_per_ms);
+    EXPECT_EQ(schedule.take(200 * ns_per_ms).front().sequence, 3);
+}
+
+TEST(Schedule, UnderOverloadOnlyPicturesThatWereDueAreLost) {
+    Schedule schedule;
+    schedule.set(a, rate("25"), 0, 1);
+    schedule.set(b, rate("25"), 0, 1);
+    schedule.take(40 * ns_per_ms);
+    schedule.set_stride(a, 3);  // due at 160, 280, 400 ms
+    schedule.set_stride(b, 4);  // due at 200, 360, 520 ms
+    EXPECT_EQ(schedule.choose_instant(410 * ns_per_ms), 360 * ns_per_ms);
+    const auto skipped = schedule.skip_before(360 * ns_per_ms);
+    ASSERT_EQ(skipped.size(), 2u);
+    EXPECT_EQ(skipped[0].frames, 2);
+    EXPECT_EQ(skipped[0].first_ns, 160 * ns_per_ms);
+    EXPECT_EQ(skipped[0].stride, 3);
+    EXPECT_EQ(skipped[1].frames, 1);
+    EXPECT_THAT(pairs(schedule.take(360 * ns_per_ms)), ElementsAre(std::pair{2, 3}));
+    EXPECT_THAT(pairs(schedule.take(400 * ns_per_ms)), ElementsAre(std::pair{1, 4}));
+}
+
 TEST(Schedule, ASlowCameraLosesNothingToAFastOne) {
     Schedule schedule;
     schedule.set(a, rate("25"), 0, 1);

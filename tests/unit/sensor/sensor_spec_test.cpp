@@ -19,6 +19,21 @@ TEST(SensorSpec, APresetSetsAllAndWhatIsGivenBesideItCounts) {
     EXPECT_EQ(spec->seed, 5u);
 }
 
+TEST(SensorSpec, ExposuresTakeAsManyPeriodsAsTheyBeginWhereTheRateMayFall) {
+    SensorSpec spec;
+    const Rate rate = Rate::parse("30000/1001").value();
+    EXPECT_EQ(spec.periods_of(10.0, rate), 1) << "it may not";
+    EXPECT_DOUBLE_EQ(spec.longest_exposure_s(Rate()), 0.04);
+    spec.dynamic_framerate = true;
+    EXPECT_DOUBLE_EQ(spec.longest_exposure_s(Rate()), 0.2);
+    EXPECT_DOUBLE_EQ(spec.longest_exposure_s(Rate::parse("2").value()), 0.5);
+    for (const auto& [exposure_s, periods] :
+         {std::pair(1e-6, 1), {0.04, 1}, {0.0400005, 1}, {0.040002, 2}, {0.08, 2}, {0.2, 5}, {10.0, 250}})
+        EXPECT_EQ(spec.periods_of(exposure_s, Rate()), periods) << exposure_s;
+    EXPECT_EQ(spec.periods_of(4.0 / 120.0, rate), 1) << "four half periods of 60 Hz";
+    EXPECT_EQ(spec.periods_of(0.2, Rate::parse("30").value()), 6) << "which are 199 999 998 ns";
+}
+
 TEST(SensorSpec, WhatIsWrittenReadsAsTheSame) {
     for (const auto& preset : names_of(std::type_identity<SensorPreset>{})) {
         SensorSpec spec = sensor_preset(preset.value);
