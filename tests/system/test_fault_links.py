@@ -242,8 +242,9 @@ def test_gstreamer_misses_the_packets_that_truth_calls_lost(rig, jitter_program,
         rig.fault.clear("desk")
         assert step(25) == 0
         cam.delete()
-        pushed, missed = map(int, reader.communicate(timeout=30)[0].split())
-        assert missed == lost and pushed > lost
+        pushed, missed, late = map(int, reader.communicate(timeout=30)[0].split())
+        # What came after it was given up for lost, on a busy machine, is late and was missed.
+        assert missed - late == lost and pushed > lost
     finally:
         reader.kill()
         reader.wait()
