@@ -182,6 +182,12 @@ std::vector<FaultState> Rig::faults() const {
     return read_list<FaultState>("faults", connections_->call("fault.list"));
 }
 
+ReaderLog Rig::fault_log(const std::string& camera, std::int64_t since) const {
+    json params{{"since", since}};
+    if (!camera.empty()) params["camera"] = camera;
+    return read_answer<ReaderLog>("fault.log", connections_->call("fault.log", params));
+}
+
 json Rig::visibility(const json& params) const {
     return connections_->call("truth.network", params);
 }

@@ -155,6 +155,8 @@ void put_things(std::string& out) {
     put_struct(out, "EventState", "An event that waits.", result("event.add"), Role::told, false);
     put_struct(out, "EventLog", "What has fired.", result("event.wait"), Role::told, false);
     put_struct(out, "FaultState", "A fault of a camera.", result("fault.set"), Role::told, false);
+    put_shapes(out, "a log of readers", result("fault.log"), Role::told);
+    put_struct(out, "ReaderLog", "What faults let readers meet.", result("fault.log"), Role::told, false);
 }
 
 }  // namespace

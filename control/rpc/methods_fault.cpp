@@ -71,6 +71,40 @@ std::vector<FieldOf<engine::ClearFaults>> clear_table() {
                                                         world::read_fault_name)};
 }
 
+std::vector<FieldOf<engine::GetReaderLog>> log_table() {
+    return {field_at<&engine::GetReaderLog::since>(
+                {.name = "since", .doc = "number of the last event that is known", .fallback = "0"}),
+            asked_camera<&engine::GetReaderLog::camera>()};
+}
+
+std::vector<FieldOf<stream::ReaderEvent>> reader_event_table() {
+    using Event = stream::ReaderEvent;
+    return {field_at<&Event::number>({.name = "number", .doc = "counts from 1"}),
+            field_at<&Event::kind>(
+                {.name = "kind",
+                 .doc = "closed: from now on who comes is refused, or finds no device; open: not any more, its server "
+                        "or device is there again; refused: somebody came and was; thrown_out: a reader was; good: a "
+                        "reader was given a frame without faults, its first or the first after one that had some"}),
+            field_at<&Event::camera>({.name = "camera", .doc = "its name"}),
+            field_at<&Event::output>({.name = "output", .doc = "of which kind: mjpeg, rtsp, device or v4l2"}),
+            field_at<&Event::peer>({.name = "peer",
+                                    .doc = "who, as in the books (stats.get): of all readers of an RTSP stream its "
+                                           "path; of closed and open empty"}),
+            field_at<&Event::world_ns>({.name = "world_ns",
+                                        .doc = "world time of the frame that was given or kept back; of refused, of "
+                                               "the rig's newest instant",
+                                        .unit = "ns"}),
+            field_at<&Event::monotonic_ns>(
+                {.name = "monotonic_ns", .doc = "when it happened, CLOCK_MONOTONIC", .unit = "ns"}),
+            field_at<&Event::real_ns>({.name = "real_ns", .doc = "the same since 1970, CLOCK_REALTIME", .unit = "ns"})};
+}
+
+json readers_json(const stream::ReaderLog::Since& log) {
+    json events = json::array();
+    for (const stream::ReaderEvent& one : log.events) events.push_back(write_fields(reader_event_table(), one));
+    return {{"events", std::move(events)}, {"last", log.last}, {"missed", log.missed}};
+}
+
 std::vector<FieldOf<engine::ClearFaults>> wipe_table() {
     return {camera_name_at<&engine::ClearFaults::camera>("camera")};
 }
@@ -138,6 +172,23 @@ std::vector<Method> fault_methods(RpcContext& context) {
                                    for (const auto& one : reply.faults) faults.push_back(fault_json(one));
                                    return {{"faults", std::move(faults)}, {"world_ns", reply.world_ns}};
                                }),
+         .only_looks = true},
+        {.name = "fault.log",
+         .summary = "What faults let readers meet, oldest first: when who was refused or thrown out, when a server or "
+                    "device was there again, and when a reader had its first good frame, by which the time is "
+                    "measured that it takes to come back. Begin with 0 and go on with `last`. The rig keeps the "
+                    "newest 4096.",
+         .params = descriptions_of(log_table()),
+         .result = {{.name = "events",
+                     .type = "array of objects",
+                     .doc = "each number, kind, camera, output, peer, world_ns, monotonic_ns, real_ns",
+                     .parts = descriptions_of(reader_event_table()),
+                     .shape = "ReaderEvent"},
+                    {"last", "integer", "number of the newest event of all cameras"},
+                    {"missed", "integer", "events after `since`, of all cameras, that are not kept any more"}},
+         .errors = {invalid_argument, not_found},
+         .handler = handler_of(context, log_table(), readers_json),
+         .example = R"({"camera": "lobby", "since": 0})",
          .only_looks = true},
     };
 }

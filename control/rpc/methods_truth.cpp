@@ -147,6 +147,10 @@ std::vector<Method> truth_methods(RpcContext& context) {
               steady_field,
               {"clock", "object or null",
                "the camera's own clock (see clock): state, offset_ns, drift_ppb and so on, as its last command has it"},
+              {"clock_now", "object or null",
+               "how that clock stands at this frame: state, offset_ns (of its time of day, jitter and all: what is "
+               "added to the true time), steady_offset_ns (of its monotonic clock), drift_ppb (how fast it runs, "
+               "slewing included, without random walk)"},
               {"exposure_start_ns", "integer or null",
                "of a camera with a sensor: world time at which the first row begins to count", false, "ns"},
               {"exposure_end_ns", "integer or null", "the same: at which the last row ends, `time_ns`", false, "ns"},
@@ -166,11 +170,19 @@ std::vector<Method> truth_methods(RpcContext& context) {
               {"delivered", "boolean", "false: a fault keeps the frame back"},
               {"outputs", "object",
                "for each kind of output (mjpeg, rtsp, device, v4l2) what faults make of the frame on the way to its "
-               "readers: fate (`sent`, `dropped`, `stalled`, `disconnected`); late_frames, so many later ones "
-               "are due before it comes; damaged, what of the bytes that have gone out so far is wrong or missing, at "
+               "readers: fate (`sent`; `dropped` by the driver; `not_drawn`; `disconnected`; `stalled`); late_frames, "
+               "so "
+               "many later ones are due before it comes, and late_ns, so long later that is; refuses, who comes is "
+               "refused; of mjpeg size (of a picture) and bad_part (what the stream says wrong of it: `length`, "
+               "`boundary` or null), of device error_flag; damaged, what of the bytes that have gone out so far is "
+               "wrong or missing, at "
                "most 16: fault (its id), kind, mode, size (bytes of the whole picture), bytes (so many of them), runs "
                "(offset and length of the first 64), more_runs, times (sent so to so many readers); more_damaged, "
                "so many were damaged otherwise"},
+              {"not_drawn", "string or null",
+               "why no stream or device has this frame though somebody reads there: `overload`, `own_cost`, `request` "
+               "or `failure`, as dropped_for of stats.get; what readers have by then lost for being slow, the books "
+               "tell"},
               {"covered_fraction", "number",
                "share of the picture's pixels of which dirt and covers hide more than half of the light"},
               {"focus_error_px", "number",

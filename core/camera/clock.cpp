@@ -70,6 +70,15 @@ TimeNs Clock::error_ns(const Segment& segment, TimeNs world_ns) {
            walk_ns(spec.seed, world_ns, spec.walk_ns);
 }
 
+std::int64_t Clock::drift_ppb(const Segment& segment, TimeNs world_ns) {
+    const ClockSpec& spec = *segment.spec;
+    if (spec.state == ClockState::ptp_lost) return holdover_ppb(spec);
+    if (!is_kept(spec.state)) return spec.drift_ppb;
+    const TimeNs left_ns = slewed(segment.carried_ns, world_ns - segment.since_ns);
+    constexpr std::int64_t slew_ppb = ns_per_s / slew_divisor;
+    return left_ns == 0 ? 0 : left_ns > 0 ? -slew_ppb : slew_ppb;
+}
+
 Clock::Segment Clock::following(const Segment& before, const std::optional<ClockSpec>& spec, TimeNs begin_ns) {
     if (!spec || !before.spec) {
         Segment fresh = Clock(spec).segments_.front();
@@ -116,7 +125,8 @@ std::optional<ClockReading> Clock::at(TimeNs world_ns, TimeNs apart_ns) const {
     // Drift and slewing shorten the time between two pictures by less than the fiftieth that is left.
     const TimeNs most = apart_ns / 100 * 49;
     return ClockReading{.stamp_error_ns = error + jitter + (world_ns >= spec.step_at_ns ? spec.step_ns : 0),
-                        .steady_error_ns = error + std::clamp(jitter, -most, most) - segment.stepped_ns};
+                        .steady_error_ns = error + std::clamp(jitter, -most, most) - segment.stepped_ns,
+                        .drift_ppb = drift_ppb(segment, world_ns)};
 }
 
 }  // namespace camrig::camera

@@ -46,6 +46,8 @@ private:
     };
     /// How wrong it is, without step_ns and jitter.
     static TimeNs error_ns(const Segment& segment, TimeNs world_ns);
+    /// How fast it runs, without its walk and what a server or master leaves of wandering.
+    static std::int64_t drift_ppb(const Segment& segment, TimeNs world_ns);
     static Segment following(const Segment& before, const std::optional<ClockSpec>& spec, TimeNs begin_ns);
 
     std::vector<Segment> segments_;  ///< by begin_ns; never empty

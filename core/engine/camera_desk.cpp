@@ -262,6 +262,7 @@ void CameraDesk::begin_world() {
         if (std::ranges::find(added_, id) != added_.end()) continue;
         rig_.schedule.set(id, entry.exposure_times(), 0, rig_.schedule.next_sequence(id) + 1);
         entry.applied_ns = 0;
+        entry.not_drawn.clear();
         stayed.push_back(&entry);
     }
     for (CameraEntry* entry : stayed) {

@@ -2,10 +2,12 @@
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/ids.h"
@@ -64,6 +66,9 @@ struct CameraEntry {
     TimeNs applied_ns = 0;  ///< world time from which its last command shows
     std::uint64_t due = 0, rendered = 0, idle = 0;
     std::array<std::uint64_t, stream::drop_reason_count> dropped{};  ///< by DropReason
+    /// Of the newest frames that were not drawn though somebody wanted them, at most max_not_drawn.
+    std::deque<std::pair<TimeNs, stream::DropReason>> not_drawn = {};
+    static constexpr std::size_t max_not_drawn = 64;
     /// Of the last frame whose picture went out otherwise than it was drawn: no later one may be told by what is
     /// damaged since.
     std::int64_t altered_sequence = -1;

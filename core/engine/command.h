@@ -12,6 +12,7 @@
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/stream/frame_bus.h"
+#include "core/stream/reader_log.h"
 #include "core/stream/statistics.h"
 #include "core/truth/ground.h"
 #include "core/truth/truth.h"
@@ -163,6 +164,12 @@ struct ListFaults {
     };
     std::string camera;  ///< empty: of all
 };
+/// What faults let readers meet, after event `since`.
+struct GetReaderLog {
+    using Reply = stream::ReaderLog::Since;
+    std::uint64_t since = 0;
+    std::string camera;  ///< empty: of all
+};
 struct ListCameras {
     using Reply = std::vector<CameraReply>;
 };
@@ -285,12 +292,12 @@ struct Request {
 using Command =
     std::variant<Request<CreateCamera>, Request<SetCamera>, Request<DeleteCamera>, Request<GetCamera>,
                  Request<ListCameras>, Request<MovePtz>, Request<PtzPresets>, Request<PtzTours>, Request<StopPtz>,
-                 Request<GetPtz>, Request<SetFault>, Request<ClearFaults>, Request<ListFaults>, Request<LoadWorld>,
-                 Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>, Request<StepWorld>, Request<ListActors>,
-                 Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>, Request<SteerActors>,
-                 Request<SpawnObject>, Request<SetObject>, Request<RemoveObject>, Request<ListEvents>,
-                 Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetInstant>, Request<GetStats>,
-                 Request<GetTruth>>;
+                 Request<GetPtz>, Request<SetFault>, Request<ClearFaults>, Request<ListFaults>, Request<GetReaderLog>,
+                 Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>, Request<StepWorld>,
+                 Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
+                 Request<SteerActors>, Request<SpawnObject>, Request<SetObject>, Request<RemoveObject>,
+                 Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetInstant>,
+                 Request<GetStats>, Request<GetTruth>>;
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {

@@ -56,4 +56,11 @@ Result<ListFaults::Reply> FaultDesk::run(ListFaults& command) {
     return reply;
 }
 
+Result<GetReaderLog::Reply> FaultDesk::run(GetReaderLog& command) {
+    auto found = rig_.bus.reader_log().since(command.since, command.camera);
+    if (!command.camera.empty() && found.events.empty())
+        if (auto known = rig_.cameras.find(command.camera); !known) return std::unexpected(known.error());
+    return found;
+}
+
 }  // namespace camrig::engine

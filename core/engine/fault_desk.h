@@ -14,6 +14,7 @@ public:
     Result<FaultReply> run(SetFault& command);
     Result<ClearFaults::Reply> run(ClearFaults& command);
     Result<ListFaults::Reply> run(ListFaults& command);
+    Result<GetReaderLog::Reply> run(GetReaderLog& command);
 
 private:
     /// World time from which the camera's pictures show a command of now.

@@ -94,6 +94,7 @@ void Instants::account_skipped(TimeNs instant_ns) {
 
 void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_dropped) {
     ++instants_;
+    rig_.bus.reader_log().begin_instant(world_ns);
     const TimeNs start_ns = monotonic_now_ns();
     DueViews due;
     due.snapshot = rig_.world->snapshot(world_ns);
@@ -140,6 +141,9 @@ void Instants::miss(CameraEntry& entry, TimeNs world_ns, stream::DropReason reas
     ++entry.due;
     ++entry.dropped[static_cast<std::size_t>(reason)];
     rig_.bus.miss(entry.id, world_ns, 1, reason);
+    if (reason == stream::DropReason::fault) return;
+    entry.not_drawn.emplace_back(world_ns, reason);
+    if (entry.not_drawn.size() > CameraEntry::max_not_drawn) entry.not_drawn.pop_front();
 }
 
 void Instants::forget_damage(CameraEntry& entry, const render::View& view, std::span<frame::FrameRef> frames) {

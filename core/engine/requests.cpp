@@ -30,9 +30,11 @@ render::View only(render::View view, frame::FrameKind kind) {
     return view;
 }
 
-Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due,
-                                 const std::optional<truth::GroundGrid>& ground, truth::StandingObjects& standing,
-                                 stream::StageTimer& draw_time) {
+using TruthMade = std::shared_ptr<truth::TruthOfFrame>;
+
+Result<TruthMade> truth_of(render::Renderer& renderer, const DueViews& due,
+                           const std::optional<truth::GroundGrid>& ground, truth::StandingObjects& standing,
+                           stream::StageTimer& draw_time) {
     const render::View& view = due.views.front();
     const auto draw = [&](render::View one) -> Result<std::vector<frame::FrameRef>> {
         DrawnViews drawn = draw_views(renderer, {due.snapshot, due.monotonic_ns, {std::move(one)}, false}, draw_time);
@@ -92,7 +94,14 @@ Result<truth::TruthRef> truth_of(render::Renderer& renderer, const DueViews& due
     if (!truth) return at("camera " + *view.name, truth.error());
     truth->world_ns = due.snapshot->world_ns;
     if (ground) truth->ground = truth::seen_ground(*ground, *truth->spec, shown.state.pose, *pictures.depth);
-    return std::make_shared<const truth::TruthOfFrame>(std::move(*truth));
+    return std::make_shared<truth::TruthOfFrame>(std::move(*truth));
+}
+
+/// nullopt: it was drawn, or nobody read, or its turn is still to come.
+std::optional<std::string_view> reason_not_drawn(const CameraEntry& camera, TimeNs world_ns) {
+    const auto found = std::ranges::find(camera.not_drawn, world_ns, [](const auto& one) { return one.first; });
+    if (found == camera.not_drawn.end()) return std::nullopt;
+    return stream::drop_reason_names[static_cast<std::size_t>(found->second)];
 }
 
 }  // namespace
@@ -322,7 +331,7 @@ DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
 
 DrawTask Requests::draw_truth(Waiters::iterator waiter, const CameraEntry& entry, DueViews due) {
     struct Answer {
-        Result<truth::TruthRef> truth;
+        Result<TruthMade> truth;
         TimeNs spent_ns = 0;
     };
     const auto answer = std::make_shared<Answer>();
@@ -337,6 +346,9 @@ DrawTask Requests::draw_truth(Waiters::iterator waiter, const CameraEntry& entry
                 },
             .done =
                 [this, waiter, answer] {
+                    const CameraEntry* const camera = rig_.cameras.find_id(waiter->camera);
+                    if (answer->truth && camera && !waiter->instant())
+                        (*answer->truth)->not_drawn = reason_not_drawn(*camera, (*answer->truth)->world_ns);
                     waiter->got_truth(std::move(answer->truth));
                     end_drawing(waiter, answer->spent_ns);
                 }};

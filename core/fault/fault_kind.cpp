@@ -243,8 +243,11 @@ FieldTable<Stall> fields_of(std::type_identity<Stall>) {
 }
 
 FieldTable<Disconnect> fields_of(std::type_identity<Disconnect>) {
-    static const std::vector<FieldOf<Disconnect>> table{period_at<&Disconnect::period_s>(share_of_period),
-                                                        output_at<&Disconnect::output>()};
+    static const std::vector<FieldOf<Disconnect>> table{
+        period_at<&Disconnect::period_s>(share_of_period), output_at<&Disconnect::output>(),
+        field_at<&Disconnect::reset>(
+            {.name = "reset",
+             .doc = "connections of HTTP and RTSP break (TCP RST): no end of the stream and no BYE come before"})};
     return table;
 }
 

@@ -156,6 +156,7 @@ struct Disconnect {
     static constexpr Layer layer = Layer::transport;
     double period_s = 10.0;
     Output output = Output::any;
+    bool reset = false;
 };
 struct Refuse {
     static constexpr Layer layer = Layer::transport;

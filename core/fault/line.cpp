@@ -10,7 +10,7 @@ std::optional<LineRate> line_rate(const FrameFaults& faults, std::string_view ou
     for (const FaultRef& one : faults.active) {
         const auto* const how = std::get_if<Bandwidth>(&one->kind);
         if (!how || !is_for(how->output, output)) continue;
-        const LineRate rate{how->kbit_per_s * 1e3 / one->severity, std::llround(how->queue_s * 1e9)};
+        const LineRate rate{how->kbit_per_s * 1e3 / one->severity, std::llround(how->queue_s * 1e9), one};
         if (!slowest || rate.bit_per_s < slowest->bit_per_s) slowest = rate;
     }
     return slowest;

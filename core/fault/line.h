@@ -13,6 +13,7 @@ namespace camrig::fault {
 struct LineRate {
     double bit_per_s = 0.0;
     TimeNs queue_ns = 0;
+    FaultRef by = {};  ///< of several faults, the one that lets it carry least
 };
 std::optional<LineRate> line_rate(const FrameFaults& faults, std::string_view output);
 /// The line to one reader, in world time, so that a run loses the same again.

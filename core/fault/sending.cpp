@@ -16,8 +16,8 @@ bool happens(const Fault& fault, const FrameFaults& faults, double probability) 
 std::string_view mode_of(const FaultKind& kind) {
     if (const auto* const how = std::get_if<CorruptJpeg>(&kind)) return to_string(how->mode);
     if (const auto* const how = std::get_if<CorruptVideo>(&kind)) return to_string(how->mode);
-    const bool is_of_packets = std::holds_alternative<PacketLoss>(kind) || std::holds_alternative<Bandwidth>(kind);
-    return is_of_packets ? "lost" : to_string(Damage::truncate);
+    const bool is_lost = std::holds_alternative<PacketLoss>(kind) || std::holds_alternative<Bandwidth>(kind);
+    return is_lost ? "lost" : to_string(Damage::truncate);
 }
 
 /// Nothing yet, of a picture of so many bytes.
@@ -107,6 +107,14 @@ bool is_disconnected(const FrameFaults& faults, std::string_view output) {
     });
 }
 
+bool is_reset(const FrameFaults& faults, std::string_view output) {
+    return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
+        const auto* const out = std::get_if<Disconnect>(&one->kind);
+        return out && out->reset && is_for(out->output, output) &&
+               is_in_period(*one, faults.frame.world_ns, out->period_s);
+    });
+}
+
 std::optional<Damaged> damaged_jpeg(const FrameFaults& faults, std::string_view output,
                                     std::span<const std::byte> jpeg) {
     std::optional<Damaged> damaged;
@@ -130,6 +138,12 @@ std::optional<Harm> cut_part(const FrameFaults& faults, std::size_t bytes) {
         return harm;
     }
     return std::nullopt;
+}
+
+Harm whole_loss(const Fault& fault, std::size_t bytes) {
+    Harm harm = harm_by(fault, bytes);
+    harm.add(0, bytes);
+    return harm;
 }
 
 int packet_distance(const FrameFaults& faults, std::uint64_t packet) {

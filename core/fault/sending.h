@@ -18,6 +18,8 @@ namespace camrig::fault {
 bool is_stalled(const FrameFaults& faults, std::string_view output);
 /// Its readers are thrown out. Never those of "v4l2": a loopback device cannot be unplugged while it is open.
 bool is_disconnected(const FrameFaults& faults, std::string_view output);
+/// They are, and their connections are reset, without a word.
+bool is_reset(const FrameFaults& faults, std::string_view output);
 /// A picture as it arrives, and what is wrong with it by each fault that did something.
 struct Damaged {
     std::vector<std::byte> bytes;
@@ -29,6 +31,8 @@ std::optional<Damaged> damaged_jpeg(const FrameFaults& faults, std::string_view 
 /// The connection is closed in the middle of this frame's part of an HTTP stream: what of so many bytes is missing;
 /// nullopt: nothing.
 std::optional<Harm> cut_part(const FrameFaults& faults, std::size_t bytes);
+/// What a fault does to a picture of so many bytes that it keeps back whole.
+Harm whole_loss(const Fault& fault, std::size_t bytes);
 /// The fault by which the RTP packet of that number, sent while this frame was the newest, is lost; null: it is not.
 const Fault* packet_loser(const FrameFaults& faults, std::uint64_t packet);
 /// So many later packets of its picture overtake this one, numbered so too.

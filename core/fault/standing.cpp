@@ -20,6 +20,9 @@ Standing standing_of(const FrameFaults& faults) {
     for (const FaultRef& one : faults.active) {
         refuse(*one, std::get_if<Refuse>(&one->kind));
         refuse(*one, std::get_if<Restart>(&one->kind));
+        if (const auto* const out = std::get_if<Unplug>(&one->kind);
+            out && is_in_period(*one, faults.frame.world_ns, out->period_s))
+            standing.refused |= 1u << static_cast<unsigned>(Output::device);
         const auto* const failing = std::get_if<DeviceError>(&one->kind);
         if (failing && is_in_period(*one, faults.frame.world_ns, failing->period_s))
             standing.device_errors |= 1u << static_cast<unsigned>(failing->at);

@@ -91,6 +91,9 @@ public:
     /// Observers are told of present cameras at once (on the caller's thread). They must outlive the bus or be removed.
     virtual void add_observer(CameraObserver* observer) = 0;
     virtual void remove_observer(CameraObserver* observer) = 0;
+    /// For the log of readers: `peer` came to an output of this kind and was refused by a fault of the camera
+    /// (fault::Standing::refuses).
+    virtual void note_refused(std::string_view camera, std::string_view output, std::string_view peer) = 0;
 };
 
 /// An instant that somebody holds: pictures of it can be asked for, of any camera, as long as he does. What it is, is

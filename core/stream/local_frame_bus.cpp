@@ -86,7 +86,7 @@ Result<Subscription> LocalFrameBus::subscribe(std::string_view camera, const Med
                          "camera " + entry.stream.name + " is read in " + std::to_string(max_outputs_per_camera) +
                              " different formats already; use one of them, e.g. the default quality");
         }
-        output = std::make_shared<Output>(entry.stream, std::move(*transcoder), *pool_);
+        output = std::make_shared<Output>(entry.stream, std::move(*transcoder), *pool_, log_);
     }
     output->attach(reader);
     return Subscription([this, id = found->first, format, output, reader] { detach(id, format, output, reader); });
@@ -129,6 +129,13 @@ void LocalFrameBus::remove_observer(CameraObserver* observer) {
     std::erase(observers_, observer);
 }
 
+void LocalFrameBus::note_refused(std::string_view camera, std::string_view output, std::string_view peer) {
+    log_.add({.kind = ReaderEventKind::refused,
+              .camera = std::string(camera),
+              .output = std::string(output),
+              .peer = std::string(peer)});
+}
+
 void LocalFrameBus::add_camera(const CameraStream& camera) {
     std::lock_guard observers_lock(observers_mutex_);
     {
@@ -150,9 +157,25 @@ void LocalFrameBus::change_camera(const CameraStream& camera) {
             end_numbers(entry,
                         {ErrorKind::unavailable, "camera " + camera.name + " has another sensor; open it again"});
         }
+        note_doors(entry.stream, camera);
         entry.stream = camera;
     }
     for (auto* observer : observers_) observer->camera_changed(camera);
+}
+
+void LocalFrameBus::note_doors(const CameraStream& before, const CameraStream& now) {
+    const auto has = [](const CameraStream& camera, fault::Output output, std::string_view name) {
+        const bool is_of_all = output == fault::Output::mjpeg || output == fault::Output::rtsp;
+        return is_of_all || std::ranges::find(camera.outputs, name, &OutputSpec::kind) != camera.outputs.end();
+    };
+    for (const auto& [output, name] : names_of(std::type_identity<fault::Output>{})) {
+        const bool is_closed = now.standing.refuses(name);
+        if (is_closed == before.standing.refuses(name) || !(has(before, output, name) || has(now, output, name)))
+            continue;
+        log_.add({.kind = is_closed ? ReaderEventKind::closed : ReaderEventKind::open,
+                  .camera = now.name,
+                  .output = std::string(name)});
+    }
 }
 
 void LocalFrameBus::adjust_camera(const CameraStream& camera) {

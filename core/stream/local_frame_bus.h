@@ -9,6 +9,7 @@
 
 #include "core/stream/frame_bus.h"
 #include "core/stream/output.h"
+#include "core/stream/reader_log.h"
 
 namespace camrig::stream {
 
@@ -33,6 +34,7 @@ public:
     Result<CameraStream> find(std::string_view camera) const override;
     void add_observer(CameraObserver* observer) override;
     void remove_observer(CameraObserver* observer) override;
+    void note_refused(std::string_view camera, std::string_view output, std::string_view peer) override;
 
     void add_camera(const CameraStream& camera);
     /// A new size ends the camera's outputs (their format cannot change), another sensor those of its numbers; a new
@@ -55,6 +57,9 @@ public:
     /// resource_exhausted where too many jobs wait.
     void transcode_once(frame::FrameRef frame, const MediaFormat& format, std::function<void(Result<MediaUnit>)> done);
 
+    /// What faults let readers meet.
+    ReaderLog& reader_log() { return log_; }
+
     /// Fills in each camera's outputs (by name) and the stages of this side.
     void fill_report(RigReport& report) const;
 
@@ -67,12 +72,15 @@ private:
 
     void detach(CameraId id, const MediaFormat& format, const std::shared_ptr<Output>& output,
                 const std::shared_ptr<Reader>& reader);
+    /// For the log: which outputs refuse from now on who comes, and which do not any more.
+    void note_doors(const CameraStream& before, const CameraStream& now);
     void end_outputs(Camera& camera, const Error& why);
     void end_numbers(Camera& camera, const Error& why);
     static const frame::FrameRef* frame_for(const Output& output, std::span<const frame::FrameRef> frames);
     Cameras::iterator find_locked(std::string_view name);
 
     const Options options_;
+    ReaderLog log_;
     std::shared_ptr<TranscodeTimers> timers_ = std::make_shared<TranscodeTimers>();
     mutable std::mutex mutex_;  ///< guards cameras_; held for look-ups only
     Cameras cameras_;

@@ -29,8 +29,16 @@ void drop_late(Reader& reader) {
 
 }  // namespace
 
-Output::Output(CameraStream camera, std::unique_ptr<Transcoder> transcoder, WorkerPool& pool)
-    : camera_(std::move(camera)), transcoder_(std::move(transcoder)), pool_(pool) {}
+Output::Output(CameraStream camera, std::unique_ptr<Transcoder> transcoder, WorkerPool& pool, ReaderLog& log)
+    : camera_(std::move(camera)), transcoder_(std::move(transcoder)), pool_(pool), log_(log) {}
+
+void Output::note(ReaderEventKind kind, const Reader& reader, TimeNs world_ns) {
+    log_.add({.kind = kind,
+              .camera = camera_.name,
+              .output = reader.options.kind,
+              .peer = reader.options.peer,
+              .world_ns = world_ns});
+}
 
 void Output::attach(std::shared_ptr<Reader> reader) {
     std::lock_guard lock(mutex_);
@@ -84,6 +92,9 @@ bool Output::wants(TimeNs world_ns) const {
 void Output::miss(TimeNs world_ns, std::uint64_t frames, DropReason reason) {
     if (!wants(world_ns)) return;
     (reason == DropReason::fault ? missed_by_fault_ : not_drawn_).fetch_add(frames, std::memory_order_relaxed);
+    if (reason != DropReason::fault) return;
+    std::lock_guard lock(mutex_);
+    for (const auto& reader : readers_) reader->is_well = false;
 }
 
 void Output::offer(const frame::FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch) {
@@ -124,6 +135,7 @@ void Output::run() {
 void Output::leave_out_failing(Item& item) {
     const frame::FrameInfo& info = item.frame->info();
     if (!info.faults) return;
+    for (const auto& reader : item.takers) reader->is_well = false;
     std::erase_if(item.takers, [&](const std::shared_ptr<Reader>& reader) {
         const bool is_out = is_disconnected(*info.faults, reader->options.kind);
         if (!is_out && !is_stalled(*info.faults, reader->options.kind)) return false;
@@ -137,6 +149,11 @@ void Output::leave_out_failing(Item& item) {
         {
             std::lock_guard lock(mutex_);
             if (std::erase(readers_, reader) == 0) return true;
+        }
+        note(ReaderEventKind::thrown_out, *reader, info.world_ns);
+        if (is_reset(*info.faults, reader->options.kind)) {
+            std::lock_guard lock(reader->mutex);
+            reader->sink->reset();
         }
         end_reader(reader, {ErrorKind::not_found, "camera " + camera_.name + " is disconnected (a fault)"});
         return true;
@@ -199,10 +216,13 @@ void Output::deliver(Item item) {
 Result<void> Output::write_in_time(Reader& reader, MediaUnit unit) {
     const fault::FrameFaults* const faults = unit.info.faults.get();
     const std::string& kind = reader.options.kind;
-    const auto rate = faults && unit.bytes ? fault::line_rate(*faults, kind) : std::nullopt;
+    // RTSP's line takes packets, behind the payloader.
+    const bool has_line = unit.bytes && kind != to_string(fault::Output::rtsp);
+    const auto rate = faults && has_line ? fault::line_rate(*faults, kind) : std::nullopt;
     if (!reader.line.takes(rate, unit.info.world_ns, unit.bytes ? unit.bytes->size() : 0)) {
         reader.stats->dropped.fetch_add(1, std::memory_order_relaxed);
         reader.stats->fault.fetch_add(1, std::memory_order_relaxed);
+        fault::note(*faults, kind, fault::whole_loss(*rate->by, unit.bytes->size()));
         reader.sink->hold_back(unit.info);
         return {};
     }
@@ -259,6 +279,10 @@ Result<void> Output::write(Reader& reader, const MediaUnit& unit) {
         const auto ended = wait_or_end(written.error());
         if (!ended) reader.state = State::closed;
         return ended;
+    }
+    if (!unit.info.faults && !reader.is_well) {
+        reader.is_well = true;
+        note(ReaderEventKind::good, reader, unit.info.world_ns);
     }
     return {};
 }

@@ -10,6 +10,7 @@
 #include "core/base/latest_slot.h"
 #include "core/fault/line.h"
 #include "core/stream/frame_bus.h"
+#include "core/stream/reader_log.h"
 #include "core/stream/transcoder.h"
 #include "core/stream/worker_pool.h"
 
@@ -21,7 +22,8 @@ struct Reader {
     std::shared_ptr<Sink> sink;
     std::function<void(Error)> on_end;
     std::shared_ptr<ReaderStats> stats;
-    std::int64_t ticks_taken = -1;  ///< engine thread: ticks of options.rate up to the last frame taken
+    std::int64_t ticks_taken = -1;      ///< engine thread: ticks of options.rate up to the last frame taken
+    std::atomic<bool> is_well = false;  ///< what it was given last had no faults, and no fault kept one back since
 
     std::mutex mutex;  ///< guards what follows and every call of the sink
     enum class State : std::uint8_t { fresh, open, waiting, closed } state = State::fresh;
@@ -36,7 +38,7 @@ struct Reader {
 /// behind, the newest frame wins and the readers' books say so.
 class Output : public std::enable_shared_from_this<Output> {
 public:
-    Output(CameraStream camera, std::unique_ptr<Transcoder> transcoder, WorkerPool& pool);
+    Output(CameraStream camera, std::unique_ptr<Transcoder> transcoder, WorkerPool& pool, ReaderLog& log);
 
     const CameraStream& camera() const { return camera_; }
     const MediaFormat& format() const { return transcoder_->format(); }
@@ -77,11 +79,14 @@ private:
     /// What of it and of earlier ones comes now. With the reader's mutex held.
     Result<void> write_in_time(Reader& reader, MediaUnit unit);
     Result<void> write(Reader& reader, const MediaUnit& unit);
+    /// For the log.
+    void note(ReaderEventKind kind, const Reader& reader, TimeNs world_ns);
     void end_reader(const std::shared_ptr<Reader>& reader, Error why);
 
     const CameraStream camera_;
     const std::unique_ptr<Transcoder> transcoder_;
     WorkerPool& pool_;
+    ReaderLog& log_;
 
     LatestSlot<Item> slot_{[this] { post_run(); }};
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -77,6 +78,7 @@ struct TruthOfFrame {
     std::optional<ClockReading> clock;              ///< of a camera with one of its own
     std::optional<SensorReading> sensor;            ///< of a camera with one: how the frame is taken
     fault::FrameFaultsRef faults;                   ///< of a camera that fails; null: nothing does
+    std::optional<std::string_view> not_drawn;      ///< why no reader was given it: a name of stream::DropReason
     std::shared_ptr<const world::CameraSpec> spec;  ///< of the camera
     std::map<std::uint32_t, std::string> classes;   ///< by number, of everything in the world
     std::vector<std::int64_t> ground;               ///< that it sees, where asked for: seen_ground()

@@ -4,6 +4,7 @@
 #include "core/fault/delivery.h"
 #include "core/fault/mask.h"
 #include "core/fault/sending.h"
+#include "core/fault/standing.h"
 #include "core/world/backdrop/backdrop.h"
 #include "core/world/camera_json.h"
 
@@ -53,19 +54,44 @@ void add_harms(const fault::HarmLog::Entries& entries, json& way) {
     }
 }
 
+const char* fate_of(const TruthOfFrame& truth, fault::Output output, std::string_view name) {
+    const fault::FrameFaults* const faults = truth.faults.get();
+    if (faults && faults->is_dropped) return "dropped";
+    if (truth.not_drawn) return "not_drawn";
+    if (!faults) return "sent";
+    if (is_disconnected(*faults, name) || (output == fault::Output::device && unplug_of(*faults)))
+        return "disconnected";
+    return is_stalled(*faults, name) ? "stalled" : "sent";
+}
+
+/// From this frame until the one with which it comes is due, so many later.
+TimeNs late_ns(const TruthOfFrame& truth, std::int64_t frames) {
+    if (frames == 0 || !truth.spec) return 0;
+    const camera::ExposureTimes times = world::exposure_times_of(*truth.spec);
+    return times.time_of_frame(times.frames_until(truth.world_ns) + frames - 1) - truth.world_ns;
+}
+
 /// What becomes of the frame on its way to readers of each kind of output.
-json ways_json(const fault::FrameFaults* faults) {
+json ways_json(const TruthOfFrame& truth) {
+    const fault::FrameFaults none{};
+    const fault::FrameFaults& faults = truth.faults ? *truth.faults : none;
     json ways = json::object();
     for (const auto& [output, name] : names_of(std::type_identity<fault::Output>{})) {
         if (output == fault::Output::any) continue;
-        const char* const fate = faults == nullptr                ? "sent"
-                                 : faults->is_dropped             ? "dropped"
-                                 : is_disconnected(*faults, name) ? "disconnected"
-                                 : is_stalled(*faults, name)      ? "stalled"
-                                                                  : "sent";
+        const std::int64_t frames = frames_late(faults, name);
         json& way = ways[std::string(name)];
-        way = {{"fate", fate}, {"late_frames", faults ? frames_late(*faults, name) : 0}};
-        add_harms(faults && faults->harms ? faults->harms->entries(name) : fault::HarmLog::Entries{}, way);
+        way = {{"fate", fate_of(truth, output, name)},
+               {"late_frames", frames},
+               {"late_ns", late_ns(truth, frames)},
+               {"refuses", standing_of(faults).refuses(name)}};
+        if (output == fault::Output::mjpeg) {
+            const ImageSize size = other_size(faults, name, truth.size).value_or(truth.size);
+            const auto wrong = part_error(faults);
+            way["size"] = {size.width, size.height};
+            way["bad_part"] = wrong ? json(to_string(*wrong)) : json(nullptr);
+        }
+        if (output == fault::Output::device) way["error_flag"] = has_buffer_error(faults);
+        add_harms(faults.harms ? faults.harms->entries(name) : fault::HarmLog::Entries{}, way);
     }
     return ways;
 }
@@ -83,7 +109,8 @@ void add_faults(const TruthOfFrame& truth, json& to) {
                               {"until_ns", one->end_ns == max_time_ns ? json(nullptr) : json(one->end_ns)}});
     }
     to["faults"] = std::move(faults);
-    to["outputs"] = ways_json(truth.faults.get());
+    to["outputs"] = ways_json(truth);
+    to["not_drawn"] = truth.not_drawn ? json(*truth.not_drawn) : json(nullptr);
     to["delivered"] = !(truth.faults && truth.faults->is_dropped);
     to["covered_fraction"] = truth.faults ? fault::covered_fraction(*truth.faults, truth.size) : 0.0;
     to["focus_error_px"] = truth.faults ? fault::blur_radius_px(*truth.faults, truth.size) : 0.0;
@@ -165,6 +192,12 @@ json truth_to_json(const TruthOfFrame& truth) {
     value["clock"] = truth.spec && truth.spec->clock
                          ? write_fields(fields_of(std::type_identity<camera::ClockSpec>{}), *truth.spec->clock)
                          : json(nullptr);
+    value["clock_now"] = nullptr;
+    if (truth.clock && truth.spec && truth.spec->clock)
+        value["clock_now"] = {{"state", to_string(truth.spec->clock->state)},
+                              {"offset_ns", truth.clock->stamp_error_ns},
+                              {"steady_offset_ns", truth.clock->steady_error_ns},
+                              {"drift_ppb", truth.clock->drift_ppb}};
     if (truth.clock || truth.sensor) {
         const ClockReading clock = truth.clock.value_or(ClockReading{});
         const TimeNs taken_for_ns = truth.sensor ? truth.world_ns - truth.sensor->exposure_start_ns : 0;

@@ -32,9 +32,12 @@ public:
     /// No more units will come; the one that waits may still be taken.
     void close() noexcept override;
     void hold_back(const frame::FrameInfo& info) override;
+    void reset() override { is_reset_ = true; }
 
     std::optional<InFlight> take() { return slot_.take(); }
     bool ended() const { return is_ended_; }
+    /// Of one that has ended: its connection is to break.
+    bool is_reset() const { return is_reset_; }
     /// A fault keeps pictures from the client.
     bool is_held_back() const { return is_held_back_; }
     void sent(InFlight&& item, std::size_t bytes);
@@ -47,7 +50,7 @@ private:
     const std::string who_;
     std::shared_ptr<stream::ReaderStats> stats_;  ///< from open() on, so before there is a unit
     LatestSlot<InFlight> slot_{[event = event_] { event->set(); }};
-    std::atomic<bool> is_ended_{false}, is_held_back_{false};
+    std::atomic<bool> is_ended_{false}, is_held_back_{false}, is_reset_{false};
 };
 
 }  // namespace camrig::http

@@ -24,6 +24,13 @@ ImageSize scaled_to(const ImageSize& own, int width) {
     return {width, static_cast<int>(std::clamp<std::int64_t>(height, min_image_size.height, max_image_size.height))};
 }
 
+/// The peer gets RST: nothing that waits is sent, and no end.
+void break_off(beast::tcp_stream& socket) {
+    beast::error_code ignored;
+    socket.socket().set_option(asio::socket_base::linger(true, 0), ignored);
+    socket.close();
+}
+
 stream::MediaFormat jpeg_of(int quality, ImageSize size = {}) {
     stream::MediaFormat format;
     format.codec = codec::Codec::jpeg;
@@ -41,8 +48,10 @@ Result<std::unique_ptr<PictureStream>> PictureStream::open_mjpeg(ServerState& st
     stream->follows_output_ = !params.quality;
     const auto found = state.options.bus->find(camera);
     if (!found) return std::unexpected(found.error());
-    if (found->standing.refuses("mjpeg"))
+    if (found->standing.refuses("mjpeg")) {
+        state.options.bus->note_refused(camera, "mjpeg", peer);
         return error(ErrorKind::unavailable, "camera " + camera + " refuses connections (a fault)");
+    }
     const int quality = params.quality.value_or(mjpeg_options_of(found->outputs).quality);
     if (auto added = stream->add(camera, jpeg_of(quality)); !added) return std::unexpected(added.error());
     return stream;
@@ -108,6 +117,7 @@ asio::awaitable<void> PictureStream::run(beast::tcp_stream& socket, unsigned htt
     while (!failed && !ended) {
         int sent = 0;
         failed = co_await send_round(socket, sent, ended);
+        if (!failed && ended && channels_.front()->is_reset()) co_return break_off(socket);
         if (!failed && ended) failed = co_await send_text(socket, closing);
         if (!failed && !ended) failed = co_await follow_output(socket);
         if (!failed && !ended && sent == 0) failed = co_await wait(socket);

@@ -38,6 +38,7 @@ public:
     /// The camera is gone or has another size: nothing more will come, once next() is empty.
     bool ended() const { return sink_->ended(); }
     bool is_held_back() const { return sink_->is_held_back(); }
+    bool is_reset() const { return sink_->is_reset(); }
     bool has_picture() const { return last_sequence_.has_value(); }
     const std::string& camera() const { return camera_; }
     const stream::MediaFormat& format() const { return share_.format(); }

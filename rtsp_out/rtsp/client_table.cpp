@@ -46,6 +46,12 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
+void break_when_closed(GstRTSPClient* client) {
+    GSocket* const socket = gst_rtsp_connection_get_write_socket(gst_rtsp_client_get_connection(client));
+    const linger at_once{.l_onoff = 1, .l_linger = 0};
+    ::setsockopt(g_socket_get_fd(socket), SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+}
+
 void close_later(GMainContext* context, GstRTSPClient* client) {
     GSource* source = g_idle_source_new();
     g_source_set_priority(source, G_PRIORITY_HIGH);  // also while others keep the loop busy
@@ -173,7 +179,7 @@ GstRTSPStatusCode ClientTable::on_ask(GstRTSPClient* client, const GstRTSPContex
     const auto found = clients_.find(client);
     if (found == clients_.end() || !context->uri || !context->uri->abspath) return GST_RTSP_STS_OK;
     const std::string path = mount_path_of(context->uri->abspath);
-    auto good = refusal_(path);
+    auto good = refusal_(path, found->second.address);
     // A session lives on for RtspLimits::session_timeout_s; nothing else bounds them.
     if (good && context->method == GST_RTSP_SETUP && !context->session &&
         sessions_of(client) >= limits_.sessions_per_connection)

@@ -25,8 +25,8 @@ namespace camrig::rtsp {
 /// what programs show to their users. Server thread for every call but counts().
 class ClientTable {
 public:
-    /// Why a path cannot be had; no error when it can.
-    using Refusal = std::function<Result<void>(const std::string& path)>;
+    /// Why a path cannot be had by who asks from this address; no error when it can.
+    using Refusal = std::function<Result<void>(const std::string& path, const std::string& address)>;
 
     ClientTable(const RtspLimits& limits, Refusal refusal) : limits_(limits), refusal_(std::move(refusal)) {}
     ~ClientTable();
@@ -94,6 +94,9 @@ private:
     std::deque<Departed> departed_;
     std::uint64_t last_number_ = 0;
 };
+
+/// Its connection ends with RST, and what waits to be sent is not (socket(7), SO_LINGER).
+void break_when_closed(GstRTSPClient* client);
 
 /// Closes a connection from the main loop, not from inside one of its callbacks.
 void close_later(GMainContext* context, GstRTSPClient* client);

@@ -418,12 +418,14 @@ void MediaFeed::repeat_if_idle(TimeNs now_ns) {
 }
 
 bool MediaFeed::has_ended(TimeNs now_ns) const {
+    if (is_reset_) return ended_ns_.load() != max_time_ns;
     constexpr TimeNs farewell_ns = 200 * ns_per_ms;
     return now_ns > ended_ns_.load() && now_ns - ended_ns_.load() >= farewell_ns;
 }
 
 void MediaFeed::end() {
     ended_ns_ = monotonic_now_ns();
+    if (is_reset_) return;  // an end of the stream would be told its readers
     gst_app_src_end_of_stream(GST_APP_SRC(source_.get()));
 }
 

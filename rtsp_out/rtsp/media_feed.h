@@ -73,6 +73,8 @@ public:
     void end();
     /// It ended so long ago that its clients have read so. Any thread.
     bool has_ended(TimeNs now_ns) const;
+    /// Its clients' connections are to break: they are told of no end. Any thread.
+    bool is_reset() const { return is_reset_; }
     /// The pipeline is going. Nothing comes in any more, and nothing is asked for.
     void stop();
 
@@ -80,6 +82,7 @@ public:
     Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override;
     void hold_back(const frame::FrameInfo& info) override;
+    void reset() override { is_reset_ = true; }
 
 private:
     /// Two pictures never share a tick of the RTP clock.
@@ -120,6 +123,7 @@ private:
     GObjectHandle<GstElement> payloader_;
 
     std::atomic<TimeNs> ended_ns_{max_time_ns};
+    std::atomic<bool> is_reset_{false};
 
     PacketFaults packet_faults_;    ///< streaming thread
     bool is_sending_held_ = false;  ///< streaming thread: a packet goes on that was here before

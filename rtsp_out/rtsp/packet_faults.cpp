@@ -8,14 +8,6 @@
 namespace camrig::rtsp {
 namespace {
 
-const fault::Fault* slow_line(const fault::FrameFaults& faults) {
-    for (const fault::FaultRef& one : faults.active)
-        if (const auto* const line = std::get_if<fault::Bandwidth>(&one->kind); line && is_for(line->output, "rtsp"))
-            return one.get();
-    CHECK(!"a line that takes no packet is a fault");
-    return nullptr;
-}
-
 /// A packet each, also where they are neighbours.
 void lose(fault::Harm& harm, const fault::Harm::Run& packet) {
     harm.bytes += packet.bytes;
@@ -37,8 +29,8 @@ void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults
         const std::uint64_t number = next_number(*faults);
         const std::size_t size = gst_buffer_get_size(packet.get());
         const fault::Fault* loser = packet_loser(*faults, number);
-        if (!loser && !line_.takes(line_rate(*faults, "rtsp"), faults->frame.world_ns, size))
-            loser = slow_line(*faults);
+        const auto rate = line_rate(*faults, "rtsp");
+        if (!loser && !line_.takes(rate, faults->frame.world_ns, size)) loser = rate->by.get();
         const bool is_lost = loser != nullptr;
         if (is_lost) lose(harm_of(lost_, *loser, 0), {bytes_, size});
         bytes_ += size;

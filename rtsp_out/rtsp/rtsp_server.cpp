@@ -79,7 +79,7 @@ struct RtspServer::Impl final : stream::CameraObserver {
     // Server thread.
     void mount(const stream::CameraStream& camera, bool is_there);
     void unmount(const std::string& path);
-    Result<void> refusal(const std::string& path) const;
+    Result<void> refusal(const std::string& path, const std::string& address) const;
     GObjectHandle<GstRTSPAddressPool> addresses();
     void do_regular_work();
 
@@ -91,9 +91,11 @@ struct RtspServer::Impl final : stream::CameraObserver {
     GObjectHandle<GstRTSPSessionPool> sessions;
     unsigned mounts_made = 0;
     WallOffset wall;
-    ClientTable clients{options.limits, [this](const std::string& path) { return refusal(path); }};
+    ClientTable clients{options.limits,
+                        [this](const std::string& path, const std::string& address) { return refusal(path, address); }};
     std::map<std::string, std::unique_ptr<RtspMount>> mounted;
     std::map<std::string, Error> refused;
+    std::map<std::string, std::string> closed;  ///< cameras by path: a fault refuses who comes
     std::unique_ptr<RtspListener> listener;
     std::once_flag stopped;
     std::thread thread;
@@ -164,13 +166,12 @@ void RtspServer::Impl::mount(const stream::CameraStream& camera, bool is_there) 
     for (const StreamSettings& stream : streams_of(camera.outputs, camera.size, camera.rate)) {
         const std::string path = "/" + camera.name + std::string(path_ending(stream.options));
         refused.erase(path);
+        closed.erase(path);
         if (!is_there) {
             unmount(path);
             continue;
         }
-        if (camera.standing.refuses("rtsp"))
-            refused.emplace(path,
-                            Error{ErrorKind::unavailable, "camera " + camera.name + " refuses connections (a fault)"});
+        if (camera.standing.refuses("rtsp")) closed.emplace(path, camera.name);
         auto plan = RtspMount::plan(stream, camera, options);
         if (!plan) {
             unmount(path);
@@ -219,7 +220,11 @@ void RtspServer::Impl::unmount(const std::string& path) {
     });
 }
 
-Result<void> RtspServer::Impl::refusal(const std::string& path) const {
+Result<void> RtspServer::Impl::refusal(const std::string& path, const std::string& address) const {
+    if (const auto camera = closed.find(path); camera != closed.end()) {
+        options.bus->note_refused(camera->second, "rtsp", address);
+        return error(ErrorKind::unavailable, "camera " + camera->second + " refuses connections (a fault)");
+    }
     if (const auto known = refused.find(path); known != refused.end()) return std::unexpected(known->second);
     if (mounted.contains(path)) {
         if (!descriptors_are_short(descriptors_of_a_stream)) return {};
@@ -240,7 +245,10 @@ void RtspServer::Impl::do_regular_work() {
             feed->repeat_if_idle(now_ns);
             // Whoever stays after the end would keep it, and who comes would share it with him.
             if (!feed->has_ended(now_ns)) continue;
-            for (const auto& client : clients.clients_of(path)) gst_rtsp_client_close(client.get());
+            for (const auto& client : clients.clients_of(path)) {
+                if (feed->is_reset()) break_when_closed(client.get());
+                gst_rtsp_client_close(client.get());
+            }
         }
     gst_rtsp_session_pool_cleanup(sessions.get());
     clients.close_idle(now_ns);

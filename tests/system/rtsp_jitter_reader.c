@@ -2,7 +2,7 @@
 //
 //     rtsp_jitter_reader URL
 //
-// Writes "playing" when the first packet has come and, when the stream ends, "num-pushed num-lost" of its
+// Writes "playing" when the first packet has come and, when the stream ends, "num-pushed num-lost num-late" of its
 // rtpjitterbuffer. Exit status 0.
 #include <gst/gst.h>
 #include <stdio.h>
@@ -51,9 +51,10 @@ int main(int argc, char** argv) {
     g_main_loop_run(loop);
     GstStructure* stats = NULL;
     if (buffer) g_object_get(buffer, "stats", &stats, NULL);
-    guint64 pushed = 0, lost = 0;
-    if (stats && gst_structure_get(stats, "num-pushed", G_TYPE_UINT64, &pushed, "num-lost", G_TYPE_UINT64, &lost, NULL))
-        printf("%" G_GUINT64_FORMAT " %" G_GUINT64_FORMAT "\n", pushed, lost);
+    guint64 pushed = 0, lost = 0, late = 0;
+    if (stats && gst_structure_get(stats, "num-pushed", G_TYPE_UINT64, &pushed, "num-lost", G_TYPE_UINT64, &lost,
+                                   "num-late", G_TYPE_UINT64, &late, NULL))
+        printf("%" G_GUINT64_FORMAT " %" G_GUINT64_FORMAT " %" G_GUINT64_FORMAT "\n", pushed, lost, late);
     gst_element_set_state(pipeline, GST_STATE_NULL);
     return 0;
 }

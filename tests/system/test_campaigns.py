@@ -110,6 +110,19 @@ def test_devices_are_read_by_programs_that_know_no_camrig(rig):
     assert unplug.noticed_s < 1.5
 
 
+def test_a_reader_like_usb_cam_ends_with_its_device_and_looks_at_no_bytesused(rig):
+    """As docs/faults.md says, in the table of readers; and that a device may be silent for 5 s."""
+    words = [sys.executable, str(REPOSITORY / "tools" / "bench" / "usb_cam_reader.py"), "{device}"]
+    faults = [{"kind": "wrong_size"}, {"kind": "buffer_error", "params": {"probability": 1}}, {"kind": "device_error", "params": {"at": "streaming"}}, {"kind": "unplug"},
+              {"kind": "disconnect"}]
+    results = run(rig, faults, program=words, check={"well": "^picture", "troubled": "exiting", "every_s": 0.7}).results
+    assert [(one.kind, one.outcome, one.exit_code) for one in results] == [
+        ("wrong_size", "unnoticed", None), ("buffer_error", "unnoticed", None), ("device_error", "ended", 1), ("unplug", "ended", 1), ("disconnect", "ended", 1)]
+    assert ["EIO" in one.output for one in results if one.kind == "device_error"] == [True]
+    silent = run(rig, [{"kind": "stall"}], hold_s=7, program=words, check={"well": "^picture", "troubled": "exiting", "every_s": 0.7}).results[0]
+    assert (silent.outcome, silent.exit_code) == ("ended", 1) and "Select timeout" in silent.output
+
+
 @pytest.mark.parametrize("name", camrig.campaign.shipped_names())
 def test_shipped_campaigns_are_understood_by_the_rig(rig, name):
     """The first row is run, and the rig checks all."""

@@ -1,5 +1,6 @@
 """Lines and servers that fail: late frames, refused connections, restarts, slow lines, packets out of order, other sources and sizes."""
 
+import os
 import struct
 import subprocess
 import threading
@@ -11,10 +12,11 @@ import cv2
 import numpy as np
 import pytest
 
+import camrig
 from conftest import wait_until
 from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
 from rtsp_client import jitter_program, stepping  # noqa: F401 (a fixture)
-from test_faults import RtpPackets, parts
+from test_faults import RtpPackets, parts, rtcp_starts
 
 
 def camera_books(rig, name):
@@ -39,7 +41,9 @@ def test_late_frames_come_with_their_own_stamps_and_the_rest_when_it_is_over(rig
         check_books(rig, on_way=12)
         truth = cam.truth()
         assert [one["kind"] for one in truth["faults"]] == ["late"]
-        assert truth["outputs"]["mjpeg"] == {"fate": "sent", "late_frames": 10, "damaged": [], "more_damaged": 0} and truth["outputs"]["rtsp"]["late_frames"] == 0
+        assert truth["outputs"]["mjpeg"] == {"fate": "sent", "late_frames": 10, "late_ns": 400_000_000, "refuses": False, "size": [160, 120], "bad_part": None,
+                                             "damaged": [], "more_damaged": 0}
+        assert (truth["outputs"]["rtsp"]["late_frames"], truth["outputs"]["rtsp"]["late_ns"]) == (0, 0)
         rig.fault.clear("desk")
         rig.step(seconds=0.04)
         rig.step(seconds=0.04)
@@ -70,6 +74,67 @@ def test_who_comes_is_refused_and_who_is_there_stays(rig):
     time.sleep(0.1)  # until a frame is due without it
     parts(urllib.request.urlopen(cam.url(), timeout=30), 3)
     RtpPackets(cam.url("rtsp")).take(3)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_the_log_says_who_was_refused_and_when_readers_came_back(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "mjpeg"}, {"kind": "rtsp"}])
+    rig.create_camera("well", size=(160, 120), fps=25)
+    rig.step(seconds=0.2)
+    told = lambda since=0: [(one["kind"], one["output"], one["world_ns"] // 1_000_000) for one in rig.fault.log("desk", since=since)["events"]]
+    has_reader = lambda: any(output["readers"] for output in camera_books(rig, "desk")["outputs"])
+    before_ns = time.time_ns()
+
+    def refused():
+        with pytest.raises(urllib.error.HTTPError) as answer:
+            urllib.request.urlopen(cam.url(), timeout=30)
+        assert answer.value.code == 503
+
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        parts(stream, 1)
+        wait_until(has_reader, what="a reader")
+        rig.step(seconds=0.08)
+        rig.fault.set("desk", "restart", output="mjpeg")
+        rig.step(seconds=0.04)
+        refused()
+        rig.step(seconds=0.04)
+        refused()
+        cleared = rig.call("fault.clear", camera="desk")["applied_ns"]
+        rig.step(seconds=0.04)
+    expected = [("good", "mjpeg", 240), ("closed", "mjpeg", 320), ("thrown_out", "mjpeg", 320), ("refused", "mjpeg", 320), ("refused", "mjpeg", 360),
+                ("open", "mjpeg", 400)]
+    assert told() == expected
+    with urllib.request.urlopen(cam.url(), timeout=30) as stream:
+        parts(stream, 1)
+        wait_until(has_reader, what="a reader")
+        rig.step(seconds=0.04)
+        # It waits for pictures that do not come, and has one again.
+        rig.fault.set("desk", "stall", output="mjpeg")
+        rig.step(seconds=0.08)
+        rig.fault.clear("desk")
+        rig.step(seconds=0.12)
+        # So it does where the driver gives none.
+        rig.fault.set("desk", "drop", probability=1.0)
+        rig.step(seconds=0.08)
+        rig.fault.clear("desk")
+        rig.step(seconds=0.04)
+        assert told(since=6) == [("good", "mjpeg", 440), ("good", "mjpeg", 560), ("good", "mjpeg", 760)]
+        assert 440_000_000 - cleared == 80_000_000, "the time that it took to come back, in world time"
+        rig.fault.set("desk", "refuse", output="rtsp")
+        rig.step(seconds=0.04)
+        with pytest.raises(AssertionError, match="503"):
+            RtpPackets(cam.url("rtsp"))
+        assert told(since=9) == [("closed", "rtsp", 800), ("refused", "rtsp", 800)]
+    log = rig.fault.log()
+    assert log["last"] == 11 and log["missed"] == 0 and {one["camera"] for one in log["events"]} == {"desk"}
+    assert [one["peer"].rpartition(":")[0] for one in log["events"] if one["kind"] in ("refused", "thrown_out")][:3] == ["127.0.0.1"] * 3
+    times = [one["real_ns"] for one in log["events"]]
+    assert before_ns < times[0] and times == sorted(times) and times[-1] < time.time_ns()
+    said = subprocess.run([os.environ["CAMRIG_BIN"], "fault", "log", "desk", "--since", "9", "--control", rig.control], capture_output=True, text=True, check=True, timeout=30)
+    assert [line.split()[3:6] for line in said.stdout.splitlines()[1:]] == [["desk", "rtsp", "closed"], ["desk", "rtsp", "refused"]]
+    with pytest.raises(camrig.CamrigError, match="no camera"):
+        rig.fault.log("nobody")
+    assert rig.fault.log("well")["events"] == []
 
 
 def ssrc_of(packets, count):
@@ -116,13 +181,6 @@ def test_a_restart_throws_readers_out_refuses_them_and_comes_back_as_another_sou
     wait_until(is_back, what="the server")
     assert len(before) == len(after) == 1 and before != after
     check_books(rig)
-
-
-def rtcp_starts(packet):
-    at = 0
-    while at + 4 <= len(packet):
-        yield at
-        at += 4 * (1 + struct.unpack(">H", packet[at + 2:at + 4])[0])
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
@@ -184,8 +242,9 @@ def test_gstreamer_misses_the_packets_that_truth_calls_lost(rig, jitter_program,
         rig.fault.clear("desk")
         assert step(25) == 0
         cam.delete()
-        pushed, missed = map(int, reader.communicate(timeout=30)[0].split())
-        assert missed == lost and pushed > lost
+        pushed, missed, late = map(int, reader.communicate(timeout=30)[0].split())
+        # What came after it was given up for lost, on a busy machine, is late and was missed.
+        assert missed - late == lost and pushed > lost
     finally:
         reader.kill()
         reader.wait()
@@ -235,15 +294,23 @@ def test_a_slow_line_carries_what_it_is_told_and_the_same_frames_again(rig):
         wait_until(lambda: camera_books(rig, "desk")["outputs"], what="a reader")
         rig.step(seconds=1)
         free = sum(len(jpeg) for jpeg, _ in read[-20:]) / 20 * 25 * 8 / 1000  # kbit/s
-        rig.fault.set("desk", "bandwidth", kbit_per_s=free / 4, queue_s=0.1)
+        fault = rig.fault.set("desk", "bandwidth", kbit_per_s=free / 4, queue_s=0.1)
         wait_until(lambda: len(read) >= 25, what="what was sent")
-        begin = len(read)
-        rig.step(seconds=4)
+        begin, lost, due = len(read), [], []
+        for _ in range(100):
+            rig.step(seconds=0.04)
+            truth = cam.truth()
+            due.append(truth["sequence"])
+            for harm in truth["outputs"]["mjpeg"]["damaged"]:
+                assert (harm["fault"], harm["kind"], harm["mode"], harm["times"]) == (fault["id"], "bandwidth", "lost", 1)
+                assert harm["runs"] == [[0, harm["size"]]] and harm["bytes"] == harm["size"] > 1000
+                lost.append(truth["sequence"])
         books = camera_books(rig, "desk")["outputs"][0]["readers"][0]
         wait_until(lambda: len(read) - begin >= 100 - books["fault"], what="what was sent")
         carried = sum(len(jpeg) for jpeg, _ in read[begin:]) * 8 / 1000 / 4
         assert free / 4 * 0.9 < carried < free / 4 * 1.15
-        assert books["fault"] > 60
+        assert books["fault"] == len(lost) > 60
+        assert [sequence for _, sequence in read[begin:]] == [sequence for sequence in due if sequence not in lost]
         check_books(rig)
 
 

@@ -111,17 +111,23 @@ def answer_of(url):
 
 
 def set_fault(rig, name, kind):
-    rig.fault.set(name, kind, severity=SEVERITY, **PARAMS.get(kind, {}))
+    if kind != WELL:
+        rig.fault.set(name, kind, severity=SEVERITY, **PARAMS.get(kind, {}))
 
 
-def pictures_and_streams(scenes, kinds):
+#: A camera beside the others, which has no fault.
+WELL = "well"
+
+
+def pictures_and_streams(scenes, kinds, fail=True):
     """By kind: number, digest and truth of each frame, what comes by HTTP, and who is let in."""
+    kinds = [*kinds, WELL]
     shown = {kind: [] for kind in kinds}
     with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=11) as rig:
         cameras = {kind: rig.create_camera(f"c_{kind}", size=(64, 48), fps=25, place="lobby", outputs=[{"kind": "mjpeg"}]) for kind in kinds}
         readers = {kind: HttpReader(camera.url()) for kind, camera in cameras.items()}
         for step in range(STEPS):
-            if step == BEGIN:
+            if step == BEGIN and fail:
                 for kind, camera in cameras.items():
                     set_fault(rig, camera.name, kind)
             rig.step(seconds=0.04)
@@ -139,12 +145,13 @@ def pictures_and_streams(scenes, kinds):
     return shown
 
 
-def packets_and_damage(scenes):
+def packets_and_damage(scenes, fail=True):
     """By kind: source, number and digest of each packet of its pictures by RTSP, in order, and what truth says of the bytes."""
-    shown = {kind: [] for kind in RTP_KINDS}
+    kinds = [*RTP_KINDS, WELL]
+    shown = {kind: [] for kind in kinds}
     with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=11) as rig:
         readers = {}
-        for kind in RTP_KINDS:
+        for kind in kinds:
             rig.create_camera(kind, size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "rtsp", "key_interval_s": 0.2}])
             packets = RtpPackets(f"{rig.rtsp_url}/{kind}" + ("" if kind == "corrupt_video" else "/mjpeg"))
             thread = threading.Thread(target=keep_packets, args=(packets, shown[kind]), daemon=True)
@@ -152,18 +159,18 @@ def packets_and_damage(scenes):
             readers[kind] = packets, thread
         damage = []
         for step in range(STEPS):
-            if step == BEGIN:
-                for kind in RTP_KINDS:
+            if step == BEGIN and fail:
+                for kind in kinds:
                     set_fault(rig, kind, kind)
             rig.step(seconds=0.04)
             damage.append([place_free(harm) for harm in rig.camera("corrupt_video").truth()["outputs"]["rtsp"]["damaged"]])
         check_books(rig, on_way=40)
-        for kind in RTP_KINDS:
+        for kind in kinds:
             rig.camera(kind).delete()
         for packets, thread in readers.values():
             thread.join(30)
             packets.socket.close()
-    assert any(damage)
+    assert any(damage) == fail
     of_steps = {kind: by_picture(packets) for kind, packets in shown.items()}
     # Of H.264 the times in the stream are those of this run.
     return {**of_steps, "corrupt_video": [len(picture) for picture in of_steps["corrupt_video"]]}, damage
@@ -200,31 +207,31 @@ def by_picture(packets):
     return [[(place - begin, index, (number - numbers[0]) % 65536, digest) for place, index, number, digest in picture] for picture in last]
 
 
-def buffers(scenes):
+def buffers(scenes, fail=True):
     """By kind: what a program reads off the device until it cannot."""
     with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=11) as rig:
-        programs = {}
-        for number, kind in enumerate(DEVICE_KINDS, 60):
+        programs, kinds = {}, [*DEVICE_KINDS, WELL]
+        for number, kind in enumerate(kinds, 60):
             rig.create_camera(kind, size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "device", "number": number}])
             programs[kind] = subprocess.Popen(under_exec(rig, sys.executable, "-c", READER, f"/dev/video{number}"), stdout=subprocess.PIPE, text=True)
         try:
             assert all(program.stdout.readline() == "streams\n" for program in programs.values())
             damage = []
             for step in range(STEPS):
-                if step == BEGIN:
-                    for kind in DEVICE_KINDS:
+                if step == BEGIN and fail:
+                    for kind in kinds:
                         set_fault(rig, kind, kind)
                 rig.step(seconds=0.04)
                 damage.append(rig.camera("wrong_size").truth()["outputs"]["device"]["damaged"])
             check_books(rig)
-            for kind in DEVICE_KINDS:
+            for kind in kinds:
                 rig.camera(kind).delete()
             lines = {kind: program.communicate(timeout=60)[0].splitlines() for kind, program in programs.items()}
         finally:
             for program in programs.values():
                 program.kill()
                 program.communicate()
-    assert any(damage)
+    assert any(damage) == fail
     # What was shown before the program came is sent again until the world goes on.
     return {kind: told[-STEPS:] for kind, told in lines.items()}, damage
 
@@ -234,7 +241,8 @@ def test_pictures_truth_and_http_streams_replay_under_every_kind(scenes):
     assert len(kinds) + len(NOT_BY_HTTP) == len(kinds_of_table()), "those have a test of their own, below"
     first, again = pictures_and_streams(scenes, kinds), pictures_and_streams(scenes, kinds)
     assert [kind for kind in kinds if first[kind] != again[kind]] == []
-    assert len({json.dumps(shown) for shown in first.values()}) == len(kinds), "each kind does something of its own"
+    assert len({json.dumps(shown) for shown in first.values()}) == len(kinds) + 1, "each kind does something of its own"
+    assert pictures_and_streams(scenes, kinds, fail=False)[WELL] == first[WELL] == again[WELL], "who does not fail does not notice"
 
 
 def test_rtp_packets_replay_under_every_kind_that_is_of_them(scenes):
@@ -242,9 +250,11 @@ def test_rtp_packets_replay_under_every_kind_that_is_of_them(scenes):
     assert [kind for kind in RTP_KINDS if first[kind] != again[kind]] == []
     assert all(len(pictures) > 5 for pictures in first.values())
     assert damage == damage_again
+    assert packets_and_damage(scenes, fail=False)[0][WELL] == first[WELL], "who does not fail does not notice"
 
 
 def test_buffers_of_devices_replay_under_every_kind_that_is_of_them(scenes):
     (first, damage), (again, damage_again) = buffers(scenes), buffers(scenes)
     assert [kind for kind in DEVICE_KINDS if first[kind] != again[kind]] == []
     assert damage == damage_again
+    assert buffers(scenes, fail=False)[0][WELL] == first[WELL], "who does not fail does not notice"

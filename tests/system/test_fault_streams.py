@@ -3,6 +3,7 @@
 import contextlib
 import json
 import os
+import struct
 import subprocess
 import threading
 import urllib.request
@@ -245,28 +246,96 @@ def test_truth_says_where_a_part_was_cut_and_how_often(rig):
     assert harm["runs"] == [[harm["size"] // 2, harm["bytes"]]] and harm["bytes"] == harm["size"] - harm["size"] // 2
 
 
+class H264Slices:
+    """The slices of each picture of an H.264 stream, put together from its RTP packets (RFC 6184)."""
+
+    def __init__(self, url):
+        self.packets, self.pictures, self._slices, self._unit = RtpPackets(url), [], [], b""
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def _read(self):
+        try:
+            while True:
+                channel, packet = self.packets.next()
+                if channel == 0:
+                    self._take(packet[12:], bool(packet[1] & 0x80))
+        except (OSError, ValueError, struct.error, AssertionError):
+            pass  # it was closed
+
+    def _take(self, payload, is_last):
+        if payload[0] & 31 == 28:  # a piece of a unit, FU-A
+            begins, ends = payload[1] & 0x80, payload[1] & 0x40
+            self._unit = (bytes([payload[0] & 0xE0 | payload[1] & 31]) if begins else self._unit) + payload[2:]
+            units = [self._unit] if ends else []
+        elif payload[0] & 31 == 24:  # several, STAP-A
+            units, at = [], 1
+            while at < len(payload):
+                size = int.from_bytes(payload[at:at + 2])
+                units.append(payload[at + 2:at + 2 + size])
+                at += 2 + size
+        else:
+            units = [payload]
+        self._slices += [unit for unit in units if 1 <= unit[0] & 31 <= 5]
+        if is_last:
+            self.pictures.append(self._slices)
+            self._slices = []
+
+    def close(self):
+        self.packets.socket.close()
+
+
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
 def test_truth_says_which_bytes_of_h264_came_wrong(rig):
-    rig.create_camera("desk", size=(320, 240), fps=25, place="lobby", outputs=[{"kind": "rtsp", "key_interval_s": 0.4}])
-    packets = RtpPackets(f"{rig.rtsp_url}/desk")
+    cams = {name: rig.create_camera(name, size=(320, 240), fps=25, place="lobby", outputs=[{"kind": "rtsp", "key_interval_s": 0.4}]) for name in ("desk", "well")}
+    streams = {name: H264Slices(f"{rig.rtsp_url}/{name}") for name in cams}
+
+    def step():
+        """The slices of the picture as the failing camera's readers and the other's have them, and what truth says."""
+        counts = {name: len(stream.pictures) for name, stream in streams.items()}
+        rig.step(seconds=0.04)
+        wait_until(lambda: all(len(stream.pictures) > counts[name] for name, stream in streams.items()), what="the pictures")
+        assert cams["well"].truth()["outputs"]["rtsp"]["damaged"] == []
+        return streams["desk"].pictures[-1], streams["well"].pictures[-1], cams["desk"].truth()["outputs"]["rtsp"]["damaged"]
+
+    def bytes_told(harm):
+        """Whether each of the access unit's last bytes is as it was, from its end on."""
+        return {harm["size"] - offset - i for offset, count in harm["runs"] for i in range(count)}
+
+    def bytes_wrong(desk, well, start_code):
+        """The same by what came; slices come last, one behind the other with their start codes."""
+        wrong, behind = set(), 0
+        for mine, right in zip(reversed(desk), reversed(well)):
+            wrong |= {behind + len(right) - i for i in range(len(right)) if mine[i] != right[i]}
+            behind += len(right) + start_code
+        return wrong
+
     try:
-        rig.step(seconds=0.4)
+        for _ in range(10):
+            desk, well, damaged = step()
+            assert desk == well and damaged == []
         rig.fault.set("desk", "corrupt_video", mode="bitflip", amount=30, probability=1.0)
         for _ in range(5):
-            rig.step(seconds=0.04)
-            (harm,) = rig.camera("desk").truth()["outputs"]["rtsp"]["damaged"]
-            assert (harm["kind"], harm["mode"]) == ("corrupt_video", "bitflip")
-            assert 0 < harm["bytes"] < harm["size"] and harm["runs"][0][0] > 12, "headers stay"
+            desk, well, (harm,) = step()
+            assert (harm["kind"], harm["mode"], harm["times"], harm["more_runs"]) == ("corrupt_video", "bitflip", 1, 0)
+            assert [len(one) for one in desk] == [len(one) for one in well]
+            assert all(mine[:12] == right[:12] for mine, right in zip(desk, well)), "headers stay"
+            assert harm["bytes"] == sum(count for _, count in harm["runs"])
+            assert bytes_told(harm) in (bytes_wrong(desk, well, 3), bytes_wrong(desk, well, 4))
         rig.fault.clear("desk")
         rig.fault.set("desk", "corrupt_video", mode="drop_nal", probability=1.0)
+        count = len(streams["well"].pictures)
         rig.step(seconds=0.04)
-        (harm,) = rig.camera("desk").truth()["outputs"]["rtsp"]["damaged"]
-        assert harm["mode"] == "drop_nal" and harm["bytes"] == sum(count for _, count in harm["runs"])
+        (harm,) = cams["desk"].truth()["outputs"]["rtsp"]["damaged"]
+        wait_until(lambda: len(streams["well"].pictures) > count, what="the picture")
+        slices = streams["well"].pictures[-1]
+        assert harm["mode"] == "drop_nal" and sum(count for _, count in harm["runs"]) == harm["bytes"]
+        assert harm["bytes"] - sum(map(len, slices)) in (3 * len(slices), 4 * len(slices))
         rig.fault.clear("desk")
         rig.step(seconds=0.04)
-        assert rig.camera("desk").truth()["outputs"]["rtsp"]["damaged"] == []
+        assert cams["desk"].truth()["outputs"]["rtsp"]["damaged"] == []
     finally:
-        packets.socket.close()
+        for stream in streams.values():
+            stream.close()
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")

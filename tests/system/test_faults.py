@@ -127,6 +127,24 @@ def test_books_balance_where_a_failing_camera_is_overloaded_too(rig):
     dropped_for = lambda name: next(one for one in rig.stats()["cameras"] if one["name"] == name)["dropped_for"]
     both = lambda: dropped_for("c0")["fault"] > 30 and dropped_for("c0")["overload"] + dropped_for("c0")["own_cost"] > 30
     wait_until(both, timeout_s=60, what="frames lost by the fault and by overload")
+
+    def state():
+        """While nothing moves: the number of the newest frame that was due, the frames in the books of the camera, and in those of its output."""
+        rig.pause()
+        check_books(rig)
+        books = next(one for one in rig.stats()["cameras"] if one["name"] == "c0")
+        counted = cameras[0].get()["sequence"], books["due"] + books["idle"], books["outputs"][0]["due"]
+        rig.resume()
+        return counted
+
+    begin = state()
+    time.sleep(1)
+    due, booked, offered = (after - before for before, after in zip(begin, state()))
+    assert due == booked == offered > 30
+    not_drawn = []
+    wait_until(lambda: not_drawn or not_drawn.extend(truth for truth in [cameras[2].truth()] if truth["not_drawn"]), timeout_s=60, what="the truth of a frame that was not drawn")
+    assert not_drawn[0]["not_drawn"] in ("overload", "own_cost", "request")
+    assert {way["fate"] for way in not_drawn[0]["outputs"].values()} == {"not_drawn"}
     for camera in cameras[1:]:
         camera.delete()
     check_books(rig)
@@ -249,6 +267,29 @@ def test_a_disconnected_stream_ends_and_can_be_opened_again(rig):
     parts(well, 10)
     rig.fault.clear(id=fault["id"])
     assert len(parts(urllib.request.urlopen(cam.url(), timeout=30), 5)) == 5
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_connections_are_reset_without_an_end(rig):
+    cam = rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "mjpeg"}, {"kind": "rtsp"}])
+    other = RtpPackets(rig.create_camera("other", size=(160, 120), fps=25, outputs=[{"kind": "rtsp"}]).url("rtsp"))
+    by_rtsp = RtpPackets(cam.url("rtsp"))
+    place = urllib.parse.urlparse(cam.url())
+    by_http = socket.create_connection((place.hostname, place.port), timeout=20)
+    by_http.sendall(f"GET {place.path} HTTP/1.1\r\nHost: {place.hostname}\r\n\r\n".encode())
+    assert by_http.recv(1000)
+    by_rtsp.take(5)
+    rig.fault.set("desk", "disconnect", reset=True)
+    with pytest.raises(ConnectionResetError):
+        while by_http.recv(1 << 16):
+            pass
+    reports = []
+    with pytest.raises(ConnectionResetError):
+        while True:
+            channel, packet = by_rtsp.next()
+            reports += [packet] * (channel == 1)
+    assert 203 not in [packet[at + 1] for packet in reports for at in rtcp_starts(packet)], "a BYE"
+    other.take(20)
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
@@ -392,6 +433,14 @@ class RtpPackets:
             if channel == 0:
                 numbers.append(struct.unpack(">H", packet[2:4])[0])
         return numbers
+
+
+def rtcp_starts(packet):
+    """Where the reports of a compound RTCP packet begin (RFC 3550, 6.1)."""
+    at = 0
+    while at + 4 <= len(packet):
+        yield at
+        at += 4 * (1 + struct.unpack(">H", packet[at + 2:at + 4])[0])
 
 
 def lost_of(numbers):

@@ -23,6 +23,7 @@ STEP_200_MS = (476, 648)
 # Of a camera without outputs. With a fault there is a line more above all but FAULTS.
 FAULTS, FAULT_KIND, DIRT, SEVERITY_QUARTER, SECONDS, COVERAGE_THIRD, SET_DIRT = (1030, 272), (1060, 291), (1030, 384), (1050, 315), (1060, 338), (1060, 361), (1022, 473)
 FIRST_FAULT_X, SHOWN_FAULT = (1016, 289), (1070, 289)
+WIPE = (1063, 490)  # with a fault
 # Of a camera without outputs and, below SENSOR, with a sensor; FOCUS after six turns of the wheel.
 CONTROLS, BRIGHTNESS_HIGH = (1000, 550), (1120, 685)
 SENSOR, SENSOR_ON, PRESET, IMX290, EXPOSURE, GAIN_HALF, FOCUS = (1000, 407), (1018, 427), (1100, 450), (1030, 525), (1060, 496), (1084, 519), (1120, 497)
@@ -225,6 +226,9 @@ def test_its_panel_of_faults_sets_one_as_its_controls_say_shows_and_clears_it(ri
     assert rig.camera("main").soiling().any()
     display.click_to_change(FIRST_FAULT_X, SHOWN_FAULT)
     wait_until(lambda: not rig.fault.list("main"), what="the fault to be cleared")
+    display.click_to_change(SET_DIRT, SHOWN_FAULT)
+    display.click_to_change(WIPE, SHOWN_FAULT)
+    wait_until(lambda: not rig.fault.list("main"), what="the glass to be wiped")
     view.close()
 
 

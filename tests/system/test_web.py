@@ -241,6 +241,12 @@ def test_faults_are_set_listed_and_cleared(rig, browser):
             faults.get_by_role("button", name="Clear").first.click()
             until(page, f"document.querySelectorAll('#fault-list li').length === {left}")
         assert rig.fault.list() == []
+        for kind in ("dirt", "black"):
+            rig.fault.set("desk", kind)
+        until(page, "document.querySelectorAll('#fault-list li').length === 2")
+        faults.get_by_role("button", name="Wipe").click()
+        until(page, "document.querySelectorAll('#fault-list li').length === 1")
+        assert [one["kind"] for one in rig.fault.list()] == ["black"]
         page.click(".tile[data-camera=lobby]")
         until(page, "document.querySelectorAll('#fault-list li').length === 0")
 

@@ -3,7 +3,7 @@
     python -m tools.bench.fault_readers --write
 
 Without --write it prints the table. The readers are OpenCV's VideoCapture, opened anew when it gives no picture, ffmpeg, and GStreamer, by HTTP, RTSP
-and from a user-space device.
+and from a user-space device, and one that reads a device as ROS usb_cam does. What our own probe says is the table of tools.bench.fault_probe.
 """
 
 from __future__ import annotations
@@ -46,6 +46,7 @@ READERS: dict[str, tuple[list[str], str, str]] = {
     "ffmpeg, device": ([*_FFMPEG, "-f", "v4l2", "-i", "{device}", *_SHOW], "pts_time:", _FFMPEG_TROUBLE),
     "GStreamer, RTSP": (["gst-launch-1.0", "-v", "rtspsrc", "location={rtsp}", "protocols=tcp", "latency=0", "!", "decodebin", *_SINK], "chain ", "ERROR|WARN"),
     "GStreamer, device": (["gst-launch-1.0", "-v", "v4l2src", "device={device}", *_SINK], "chain ", "ERROR|WARN"),
+    "as usb_cam, device": ([sys.executable, str(Path(__file__).with_name("usb_cam_reader.py")), "{device}"], "^picture", "exiting"),
 }
 FAULTS: list[dict[str, Any]] = [
     {"kind": "black"},
@@ -119,16 +120,25 @@ def said(result: Result | None) -> str:
     return result.outcome.replace("_", " ")
 
 
-def table(results: dict[str, dict[str, Result]], before: dict[str, str]) -> str:
-    """`before`: lines of the page by their first cell, for what was not measured now."""
-    lines = ["| fault | " + " | ".join(results) + " |", "|---" * (len(results) + 1) + "|"]
+def title_of(fault: dict[str, Any]) -> str:
+    """The first cell of its row."""
+    kind, comma, more = str(fault.get("name", fault["kind"])).partition(",")
+    return f"`{kind}`{comma}{more}"
+
+
+def cells_of(lines: list[str]) -> dict[tuple[str, str], str]:
+    """What a table of the page says, by (first cell of the row, column)."""
+    split = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("|")]
+    return {(row[0], column): cell for row in split[2:] for column, cell in zip(split[0][1:], row[1:])}
+
+
+def table(results: dict[str, dict[str, Result]], before: dict[tuple[str, str], str]) -> str:
+    """`results`: by reader and row, of what was measured now; `before`: cells_of() the page, for the others."""
+    lines = ["| fault | " + " | ".join(READERS) + " |", "|---" * (len(READERS) + 1) + "|"]
     for fault in FAULTS:
-        row = fault.get("name", fault["kind"])
-        title = f"`{row.split(',')[0]}`{row[len(row.split(',')[0]):]}"
-        if fault not in FAULTS_MEASURED:
-            lines += [before[title]] if title in before else []
-            continue
-        lines.append(f"| {title} | " + " | ".join(said(of.get(row)) for of in results.values()) + " |")
+        row, title = fault.get("name", fault["kind"]), title_of(fault)
+        cells = [said(results[reader][row]) if row in results.get(reader, {}) else before.get((title, reader), "") for reader in READERS]
+        lines.append(f"| {title} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
 
@@ -136,14 +146,15 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tools.bench.fault_readers", description="how stock readers take faults")
     parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}")
     parser.add_argument("--only", metavar="KIND", action="append", default=[], help="measure the rows of this kind; others stay as they are in the page")
+    parser.add_argument("--reader", metavar="NAME", action="append", choices=list(READERS), default=[], help="measure this column; others stay as they are")
     options = parser.parse_args()
     if options.only:
         FAULTS_MEASURED[:] = [fault for fault in FAULTS if fault["kind"] in options.only]
+    numbers = [number for number, name in enumerate(READERS) if name in (options.reader or READERS)]
     with camrig.start("scenes/minimal.json", mode="realtime") as rig, ThreadPoolExecutor(AT_ONCE) as pool:
-        results = dict(zip(READERS, pool.map(lambda number: run_reader(rig, number), range(len(READERS)))))
+        results = dict(zip([list(READERS)[number] for number in numbers], pool.map(lambda number: run_reader(rig, number), numbers)))
     before, rest = PAGE.read_text().split(BEGIN)
-    rows = [line for line in rest.split(END)[0].splitlines() if line.startswith("| `")]
-    made = table(results, {row.split(" | ")[0].removeprefix("| "): row for row in rows})
+    made = table(results, cells_of(rest.split(END)[0].splitlines()))
     if options.write:
         PAGE.write_text(before + BEGIN + "\n\n" + made + "\n\n" + END + rest.split(END)[1])
     else:

@@ -104,6 +104,26 @@ void add_list(CLI::App& group, CliContext& context) {
     });
 }
 
+void add_log(CLI::App& group, CliContext& context) {
+    CLI::App* const app = group.add_subcommand("log", "who was refused or thrown out, and when readers came back");
+    const MethodParams params = make_params();
+    app->add_option_function<std::string>(
+        "NAME", [params](const std::string& name) { (*params)["camera"] = name; }, "of this camera");
+    app->add_option_function<std::uint64_t>(
+        "--since", [params](std::uint64_t since) { (*params)["since"] = since; }, "behind the event of this number");
+    app->callback([params, &context] {
+        context.action = [params, &context] {
+            auto log = context.call("fault.log", *params);
+            if (!log) return context.fail(log.error());
+            std::vector<std::vector<std::string>> rows{{"number", "world", "camera", "output", "", "who"}};
+            for (const json& one : log->at("events"))
+                rows.push_back({plain_text(one.at("number")), seconds_text(one.at("world_ns")), one.at("camera"),
+                                one.at("output"), one.at("kind"), one.at("peer")});
+            return context.print(*log, rows.size() == 1 ? "no reader has met a fault" : table(rows));
+        };
+    });
+}
+
 void add_kinds(CLI::App& group, CliContext& context) {
     CLI::App* const app = group.add_subcommand("kinds", "what can go wrong, and what it can be told");
     app->callback([&context] {
@@ -133,6 +153,7 @@ void add_fault_commands(CLI::App& app, CliContext& context, const CliHooks& hook
     add_clear(*fault, context);
     add_wipe(*fault, context);
     add_list(*fault, context);
+    add_log(*fault, context);
     add_kinds(*fault, context);
     add_python_command(*fault, context, hooks, "run", "camrig.campaign",
                        "a campaign: how a program takes faults, with a report (docs/faults.md)");

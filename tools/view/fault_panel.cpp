@@ -77,7 +77,11 @@ void draw_faults(Session& session, const std::string& camera, const json& kinds)
             session.link.edit("fault/new",
                               [call = std::move(call)](const client::Rig& rig) { rig.call("fault.set", call); });
         }
+        ImGui::SameLine();
     }
+    if (ImGui::SmallButton("wipe"))
+        session.link.edit("fault/wipe", [camera](const client::Rig& rig) { rig.wipe(camera); });
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("its wiper: ends dirt, drops and condensation");
     ImGui::TreePop();
 }
 

@@ -34,6 +34,13 @@ std::string printable(std::string_view name) {
     return text;
 }
 
+/// The reader as books and messages name it.
+std::string peer_text(const DeviceSession& session, const camrig_hello& hello) {
+    return "/dev/video" + std::to_string(hello.number) + " read by " +
+           printable({hello.program, ::strnlen(hello.program, sizeof hello.program)}) + " (process " +
+           std::to_string(session.peer_process()) + ")";
+}
+
 /// A socket pair for tokens, rig to program. The program's end never becomes writable, as a capture device never does:
 /// its direction is filled up here for good.
 bool make_event_sockets(UniqueFd& rig, UniqueFd& program) {
@@ -192,8 +199,10 @@ Handled DeviceHost::hello(const SessionRef& session, const camrig_request& reque
     if (request.u.hello.protocol != CAMRIG_DEVICE_PROTOCOL) return EPROTO;
     if (sessions_.size() >= max_sessions) return EBUSY;
     if (const auto known = standing_.find(device->second.camera);
-        known != standing_.end() && known->second.refuses("device"))
+        known != standing_.end() && known->second.refuses("device")) {
+        bus_.note_refused(device->second.camera, "device", peer_text(*session, request.u.hello));
         return EBUSY;
+    }
     const int number = device->first;
     if (const int problem = describe(*session, device->second, number)) return problem;
 
@@ -206,12 +215,9 @@ Handled DeviceHost::hello(const SessionRef& session, const camrig_request& reque
     session->number = number;
     session->process = std::uint64_t{request.u.hello.process[1]} << 32 | request.u.hello.process[0];
 
-    const char* program = request.u.hello.program;
     session->stats = std::make_shared<stream::ReaderStats>();
     session->stats->kind = "device";
-    session->stats->peer = "/dev/video" + std::to_string(number) + " read by " +
-                           printable({program, ::strnlen(program, sizeof request.u.hello.program)}) + " (process " +
-                           std::to_string(session->peer_process()) + ")";
+    session->stats->peer = peer_text(*session, request.u.hello);
     session->reader = std::make_shared<RingReader>(session->event_socket.get(), &session->shared(), session->stats);
     sessions_.insert(session);
     share_priorities(number);

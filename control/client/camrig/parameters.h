@@ -902,6 +902,50 @@ struct FaultState {
     }
 };
 
+/// Of a log of readers: events.
+struct ReaderEvent {
+    std::int64_t number = 0;  ///< counts from 1
+    std::string kind = {};  ///< `closed`, `open`, `refused`, `thrown_out` or `good`: closed: from now on who comes is refused, or finds no device; open: not any more, its server or device is there again; refused: somebody came and was; thrown_out: a reader was; good: a reader was given a frame without faults, its first or the first after one that had some
+    std::string camera = {};  ///< its name
+    std::string output = {};  ///< of which kind: mjpeg, rtsp, device or v4l2
+    std::string peer = {};  ///< who, as in the books (stats.get): of all readers of an RTSP stream its path; of closed and open empty
+    std::int64_t world_ns = 0;  ///< ns; world time of the frame that was given or kept back; of refused, of the rig's newest instant
+    std::int64_t monotonic_ns = 0;  ///< ns; when it happened, CLOCK_MONOTONIC
+    std::int64_t real_ns = 0;  ///< ns; the same since 1970, CLOCK_REALTIME
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("number", self.number);
+        visit("kind", self.kind);
+        visit("camera", self.camera);
+        visit("output", self.output);
+        visit("peer", self.peer);
+        visit("world_ns", self.world_ns);
+        visit("monotonic_ns", self.monotonic_ns);
+        visit("real_ns", self.real_ns);
+    }
+};
+
+/// What faults let readers meet.
+struct ReaderLog {
+    std::vector<ReaderEvent> events = {};  ///< each number, kind, camera, output, peer, world_ns, monotonic_ns, real_ns
+    std::int64_t last = 0;  ///< number of the newest event of all cameras
+    std::int64_t missed = 0;  ///< events after `since`, of all cameras, that are not kept any more
+
+    /// The rig tells all of them.
+    static constexpr bool is_answer = true;
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("events", self.events);
+        visit("last", self.last);
+        visit("missed", self.missed);
+    }
+};
+
 /// Texts that are null in the protocol where they are empty here.
 inline constexpr const char* null_when_empty[] = {"quality", };
 

@@ -87,6 +87,8 @@ public:
     std::int64_t wipe(const std::string& camera) const;
     /// The faults that are not over.
     std::vector<FaultState> faults() const;
+    /// What faults let readers meet after event `since`, of one camera or (empty) of all.
+    ReaderLog fault_log(const std::string& camera = "", std::int64_t since = 0) const;
     /// Who sees whom, and what cameras share (truth.network, docs/truth.md). `params`: cameras, classes, ..
     nlohmann::json visibility(const nlohmann::json& params = nlohmann::json::object()) const;
 

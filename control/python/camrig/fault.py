@@ -41,6 +41,11 @@ class Faults:
         """Those that are not over."""
         return self._rig.call("fault.list", **_given({"camera": camera}))["faults"]
 
+    def log(self, camera: str | None = None, *, since: int = 0) -> dict[str, Any]:
+        """What faults let readers meet after event number ``since``: ``events`` with ``kind`` (closed, open, refused, thrown_out, good), camera, output,
+        peer and times; ``last`` and ``missed``. A reader's time to come back: its first ``good`` event since the fault was cleared."""
+        return self._rig.call("fault.log", since=since, **_given({"camera": camera}))
+
 
 def _given(values: dict[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in values.items() if value is not None}

@@ -73,6 +73,7 @@ listen((_, stage) => {
 });
 
 kind.addEventListener('change', showParams);
+document.getElementById('wipe').addEventListener('click', () => attempt(() => call('fault.wipe', { camera: selectedCamera().name })));
 form.addEventListener('submit', (event) => {
   event.preventDefault();
   const wish = { camera: selectedCamera().name, kind: kind.value, severity: Number(severity.value), params: {} };

@@ -23,12 +23,12 @@ TEST(Clock, WithoutOneNothingIsSaid) {
 
 TEST(Clock, OffsetAndDriftAreExactAlsoAfterYears) {
     const Clock clock(ClockSpec{.offset_ns = -7 * ms, .drift_ppb = 20'001});
-    EXPECT_EQ(at(clock, 0), (ClockReading{-7 * ms, -7 * ms}));
-    EXPECT_EQ(at(clock, s), (ClockReading{-7 * ms + 20'001, -7 * ms + 20'001}));
+    EXPECT_EQ(at(clock, 0), (ClockReading{-7 * ms, -7 * ms, 20'001}));
+    EXPECT_EQ(at(clock, s), (ClockReading{-7 * ms + 20'001, -7 * ms + 20'001, 20'001}));
     EXPECT_EQ(at(clock, 100 * year).stamp_error_ns, -7 * ms + TimeNs{100} * 365 * 86'400 * 20'001);
     // Nothing gained or lost by rounding: it is the floor.
-    EXPECT_EQ(at(clock, 49'997), (ClockReading{-7 * ms, -7 * ms}));
-    EXPECT_EQ(at(clock, 49'998), (ClockReading{-7 * ms + 1, -7 * ms + 1}));
+    EXPECT_EQ(at(clock, 49'997), (ClockReading{-7 * ms, -7 * ms, 20'001}));
+    EXPECT_EQ(at(clock, 49'998), (ClockReading{-7 * ms + 1, -7 * ms + 1, 20'001}));
     EXPECT_EQ(at(Clock(ClockSpec{.drift_ppb = -1}), 1).stamp_error_ns, -1);
 }
 
@@ -38,9 +38,26 @@ TEST(Clock, ItsMonotonicClockKnowsNothingOfSteps) {
     EXPECT_EQ(at(clock, 10 * s).stamp_error_ns, 3 * ms + 10'000 - 90 * s);
     EXPECT_EQ(at(clock, 10 * s).steady_error_ns, 3 * ms + 10'000);
     clock.set(ClockSpec{.offset_ns = 5 * s, .drift_ppb = 1000}, 20 * s + 1);
-    EXPECT_EQ(at(clock, 20 * s + 1), (ClockReading{5 * s + 20'000, 3 * ms + 20'000}));
+    EXPECT_EQ(at(clock, 20 * s + 1), (ClockReading{5 * s + 20'000, 3 * ms + 20'000, 1000}));
     clock.set(ClockSpec{.offset_ns = 5 * s, .drift_ppb = 1000, .jitter_ns = 0, .phase_ns = 7}, 30 * s + 999'999);
-    EXPECT_EQ(at(clock, 31 * s), (ClockReading{5 * s + 31'000, 3 * ms + 31'000}));  // nothing lost by rounding
+    EXPECT_EQ(at(clock, 31 * s), (ClockReading{5 * s + 31'000, 3 * ms + 31'000, 1000}));  // nothing lost by rounding
+}
+
+TEST(Clock, TheDriftThatItTellsIsItsSlopeAlsoWhenItIsPulledAndWhenItsMasterIsLost) {
+    const auto slope_ppb = [](const Clock& clock, TimeNs world_ns) {
+        return (at(clock, world_ns + 100 * s).steady_error_ns - at(clock, world_ns).steady_error_ns) / 100;
+    };
+    Clock clock(ClockSpec{.drift_ppb = 50'000, .seed = 3});
+    EXPECT_EQ(at(clock, s).drift_ppb, slope_ppb(clock, s));
+    clock.set(ClockSpec{.state = ClockState::ptp, .drift_ppb = 50'000, .seed = 3},
+              10'000 * s);  // 0.5 s wrong: 1000 s to pull
+    EXPECT_EQ(at(clock, 10'000 * s).drift_ppb, -500'000);
+    EXPECT_NEAR(static_cast<double>(slope_ppb(clock, 10'000 * s)), -500'000, 20);  // but for PTP's 0.5 us
+    EXPECT_EQ(at(clock, 12'000 * s).drift_ppb, 0);
+    clock.set(ClockSpec{.state = ClockState::ptp_lost, .seed = 3}, 13'000 * s);
+    const std::int64_t lost_ppb = at(clock, 13'000 * s).drift_ppb;
+    EXPECT_NEAR(static_cast<double>(std::abs(lost_ppb)), 550, 450);
+    EXPECT_NEAR(static_cast<double>(slope_ppb(clock, 13'000 * s)), static_cast<double>(lost_ppb), 1);
 }
 
 TEST(Clock, AnotherDriftBendsItWhereItIs) {

@@ -189,6 +189,12 @@ Result<engine::ListFaults::Reply> FakeRig::run(engine::ListFaults&) {
     return reply;
 }
 
+Result<engine::GetReaderLog::Reply> FakeRig::run(engine::GetReaderLog& command) {
+    stream::ReaderLog log;
+    log.add({.kind = stream::ReaderEventKind::refused, .camera = "lobby", .output = "rtsp", .peer = "127.0.0.1"});
+    return log.since(command.since, command.camera);
+}
+
 Result<engine::PtzReply> FakeRig::run(engine::GetPtz& command) {
     return tell_head(command.camera, [](camera::PtzHead&) -> Result<void> { return {}; });
 }

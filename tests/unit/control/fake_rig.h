@@ -46,6 +46,7 @@ private:
     Result<engine::FaultReply> run(engine::SetFault& command);
     Result<engine::ClearFaults::Reply> run(engine::ClearFaults& command);
     Result<engine::ListFaults::Reply> run(engine::ListFaults& command);
+    Result<engine::GetReaderLog::Reply> run(engine::GetReaderLog& command);
     Result<engine::PtzReply> tell_head(const std::string& name,
                                        const std::function<Result<void>(camera::PtzHead&)>& tell);
     Result<engine::WorldState> run(engine::LoadWorld& command);

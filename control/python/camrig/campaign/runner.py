@@ -109,6 +109,7 @@ def seed_of(campaign: Campaign, cell: Cell) -> int:
 
 def _run_cell(rig: Rig, campaign: Campaign, cell: Cell, camera: str, places: Mapping[str, str]) -> Result:
     result = Result(cell.row.name, cell.row.kind, cell.severity, cell.repeat, cell.row.params)
+    rig.camera(camera).frame(min_ns=int(rig.status()["world_ns"]))  # then the last cell's fault is over for who comes
     check, watch = campaign.check, Watch(campaign.check)
     stays_s = max(campaign.stays_s, check.every_s or 0.0)
     env = {**os.environ, "CAMRIG_CONTROL": places["control"]}

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
 #include <functional>
@@ -53,6 +54,7 @@ public:
         bool open = false;
     };
 
+    std::atomic<int> refused{0};
     std::vector<stream::CameraStream> known{{CameraId{1}, "lobby", {64, 48}, {}},
                                             {CameraId{2}, "hall", {128, 96}, *Rate::create(30000, 1001)}};
 
@@ -87,6 +89,7 @@ public:
     }
     void add_observer(stream::CameraObserver* observer) override { observer_ = observer; }
     void remove_observer(stream::CameraObserver*) override { observer_ = nullptr; }
+    void note_refused(std::string_view, std::string_view, std::string_view) override { ++refused; }
     /// The first camera has other outputs from now on.
     void change(std::vector<OutputSpec> outputs) {
         {

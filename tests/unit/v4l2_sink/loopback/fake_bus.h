@@ -39,6 +39,7 @@ public:
     Result<stream::CameraStream> find(std::string_view) const override { return error(ErrorKind::not_found, "none"); }
     void add_observer(stream::CameraObserver*) override {}
     void remove_observer(stream::CameraObserver*) override {}
+    void note_refused(std::string_view, std::string_view, std::string_view) override {}
     void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) override {
         ++fetches;
         fetched_.emplace_back(std::move(request), std::move(done));
