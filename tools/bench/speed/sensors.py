@@ -32,7 +32,7 @@ BOUNDS = {"the same, blur of 10 ms": ("`imx249`: noise, global shutter", 1.3), "
 
 
 def sensors(plan: Plan) -> str:
-    return "## Sensors\n\n" + _cost(plan) + "\n\n" + _twelve(plan)
+    return "## What a sensor costs\n\n" + _cost(plan) + "\n\n" + _twelve(plan)
 
 
 def _cpu_ms(rig: camrig.Rig, cam: camrig.Camera, pictures: int) -> float:
