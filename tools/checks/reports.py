@@ -26,7 +26,7 @@ PAGES = {
     "mutations.md": "mutations",
     "network.md": "strategies camsim",
     "quality.md": "pictures light cost",
-    "speed.md": "targets cameras sizes outputs load overload sharing limits kernels peers soak",
+    "speed.md": "targets cameras sizes outputs load overload sharing sensors limits kernels peers soak",
     "streams.md": "opening latency h264 h265 sub clients",
     "truth.md": "cost",
 }
