@@ -97,5 +97,5 @@ def _twelve(plan: Plan) -> str:
             streams, seconds = watch(rig, names, plan.seconds / 2)
             cores = meter.read().cores
         rows.append([*row(f"12 standing cameras 640x480 at 25/s, {what}", "300/s" if sensor else "", list(streams.values()), 300 * seconds, seconds, lambda lost, _: lost <= 0.02), f"{cores:.2f}"])
-    return ("Each with one MJPEG reader, in real time, in the hall; most of a core goes into JPEG, of which noise makes more.\n\n"
+    return ("Each with one MJPEG reader, in real time, in the hall, on the same machine as the rig.\n\n"
             + table(["what", "wanted", "frames/s", "lost", "latency p50 / p99 ms", "reached", "cores"], rows))
