@@ -8,8 +8,8 @@
 
 #include "core/base/clock.h"
 #include "core/camera/lens_map.h"
-#include "core/render/null_renderer.h"
 #include "core/render/composed_renderer.h"
+#include "core/render/null_renderer.h"
 
 namespace camrig::engine::draw_desk_test {
 namespace {
