@@ -19,7 +19,7 @@ import camrig
 from camrig.places import find_binary
 from camrig.rig import Rig
 
-from .fault_readers import FAULTS, ONLY, PAGE, title_of
+from .fault_readers import FAULTS, ONLY, PAGE, put, title_of
 
 BEGIN, END = "<!-- probe, made by: python -m tools.bench.fault_probe --write -->", "<!-- probe ends here -->"
 SOURCES = {"HTTP": "mjpeg", "RTSP": "rtsp", "device": "device"}
@@ -76,12 +76,7 @@ def main() -> int:
     lines = ["| fault | " + " | ".join(SOURCES) + " |", "|---" * (len(SOURCES) + 1) + "|"]
     for title in dict.fromkeys(title for title, _ in said):
         lines.append(f"| {title} | " + " | ".join(said.get((title, source), "") for source in SOURCES) + " |")
-    made = "\n".join(lines)
-    if options.write:
-        before, rest = PAGE.read_text().split(BEGIN)
-        PAGE.write_text(before + BEGIN + "\n\n" + made + "\n\n" + END + rest.split(END)[1])
-    else:
-        print(made)
+    put("\n".join(lines), BEGIN, END, options.write)
     return 0
 
 

@@ -142,6 +142,15 @@ def table(results: dict[str, dict[str, Result]], before: dict[tuple[str, str], s
     return "\n".join(lines)
 
 
+def put(made: str, begin: str, end: str, is_written: bool) -> None:
+    """Puts a table between these marks of the page, or prints it."""
+    if not is_written:
+        print(made)
+        return
+    before, rest = PAGE.read_text().split(begin)
+    PAGE.write_text(before + begin + "\n\n" + made + "\n\n" + end + rest.split(end)[1])
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tools.bench.fault_readers", description="how stock readers take faults")
     parser.add_argument("--write", action="store_true", help=f"into {PAGE.name}")
@@ -153,12 +162,8 @@ def main() -> int:
     numbers = [number for number, name in enumerate(READERS) if name in (options.reader or READERS)]
     with camrig.start("scenes/minimal.json", mode="realtime") as rig, ThreadPoolExecutor(AT_ONCE) as pool:
         results = dict(zip([list(READERS)[number] for number in numbers], pool.map(lambda number: run_reader(rig, number), numbers)))
-    before, rest = PAGE.read_text().split(BEGIN)
-    made = table(results, cells_of(rest.split(END)[0].splitlines()))
-    if options.write:
-        PAGE.write_text(before + BEGIN + "\n\n" + made + "\n\n" + END + rest.split(END)[1])
-    else:
-        print(made)
+    before = PAGE.read_text().split(BEGIN)[1].split(END)[0]
+    put(table(results, cells_of(before.splitlines())), BEGIN, END, options.write)
     return 0
 
 

@@ -4,7 +4,6 @@
 #include "core/base/cpu_meter.h"
 #include "core/render/aperture.h"
 #include "core/render/moments.h"
-#include "core/render/software/area_rows.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/software_drawer.h"
