@@ -5,6 +5,7 @@
 #include "core/render/scene/prepared_model.h"
 
 namespace camrig::render::software {
+class BakedPictures;
 class HandedLayers;
 class LensViews;
 struct SoftwareModel;
@@ -16,6 +17,7 @@ namespace camrig::render {
 struct SharedCaches {
     std::shared_ptr<scene::PreparedModels> prepared{};
     std::shared_ptr<scene::ModelCache<software::SoftwareModel>> software{};
+    std::shared_ptr<software::BakedPictures> baked{};
     std::shared_ptr<software::LensViews> lenses{};
     std::shared_ptr<software::HandedLayers> layers{};
 };

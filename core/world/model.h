@@ -99,6 +99,7 @@ struct Primitive {
     std::vector<glm::vec4> weights;    ///< sum to 1
     std::vector<MorphTarget> targets;
     std::vector<std::uint32_t> indices;  ///< never empty
+    std::vector<glm::vec2> light_coordinates;  ///< of what has baked light (BakedPrimitive); empty for all else
     Box bounds;                          ///< of the unskinned, unmorphed positions
 };
 

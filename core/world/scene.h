@@ -9,6 +9,7 @@
 
 #include "core/base/result.h"
 #include "core/world/actor_spec.h"
+#include "core/world/baked/baked_light.h"
 #include "core/world/camera_spec.h"
 #include "core/world/event/event_spec.h"
 #include "core/world/snapshot.h"
@@ -70,6 +71,7 @@ struct Scene {
     std::map<std::string, Place> places;
     std::vector<CameraSpec> cameras;  ///< created when the scene is loaded
     std::vector<EventSpec> events;
+    BakedLightRef baked_light;  ///< null: none
 };
 
 using SceneRef = std::shared_ptr<const Scene>;
@@ -77,6 +79,8 @@ using SceneRef = std::shared_ptr<const Scene>;
 struct SceneOptions {
     /// Of a bare model: it stands on a ground under a sky.
     bool bare_ground = true;
+    /// With the light that lies beside its file (core/world/baked).
+    bool baked_light = true;
 };
 
 /// Loads a scene: the name of a shipped one (core/world/shipped.h), a scene file (.json) or a bare .gltf/.glb. Errors

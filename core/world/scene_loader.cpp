@@ -2,6 +2,7 @@
 #include <new>
 
 #include "core/base/json_reader.h"
+#include "core/world/baked/baked_light_file.h"
 #include "core/world/gltf/failure.h"
 #include "core/world/gltf/resources.h"
 #include "core/world/gltf_loader.h"
@@ -72,6 +73,7 @@ Result<SceneRef> load_scene(const std::filesystem::path& given, const SceneOptio
         auto scene = load_any(*file, options);
         if (!scene) return std::unexpected(scene.error());
         scene->file = *file;
+        if (options.baked_light) find_baked_light(*scene, *file);
         return std::make_shared<const Scene>(std::move(*scene));
     } catch (const std::bad_alloc&) {
         return error(ErrorKind::resource_exhausted, given.string() + ": not enough memory for this scene");

@@ -9,6 +9,7 @@
 
 #include "core/base/ids.h"
 #include "core/base/time.h"
+#include "core/world/baked/baked_light.h"
 #include "core/world/model.h"
 #include "core/world/posed_model.h"
 
@@ -60,6 +61,9 @@ struct Environment {
     glm::vec3 ambient_sky{0.5f};     ///< hemisphere ambient from +z; multiplies albedo * occlusion
     glm::vec3 ambient_ground{0.3f};  ///< from -z
     float exposure = 1.0f;           ///< factor on linear colour before the sRGB curve
+    /// What is unlit or emissive lights others as if it were so much brighter than it is drawn, where there is baked
+    /// light.
+    float glow = 1.0f;
     /// Illuminance of a white surface that is drawn as linear 1, for cameras with a sensor; nullopt: not known.
     std::optional<double> lux{};
     friend bool operator==(const Environment&, const Environment&) = default;
@@ -71,6 +75,7 @@ struct StaticSet {
     std::vector<Light> lights;
     Environment environment;
     std::vector<Instance> hidden = {};  ///< objects that nobody sees
+    BakedLightRef baked_light = {};     ///< null: none
 };
 
 /// The world at one instant: light, immutable, complete. Everything drawn or told about this instant comes from here.

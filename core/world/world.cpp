@@ -78,6 +78,7 @@ void SceneWorld::populate() {
     auto statics = std::make_shared<StaticSet>();
     statics->lights = scene_->lights;
     statics->environment = scene_->environment;
+    statics->baked_light = scene_->baked_light;
     for (const ObjectSpec& object : scene_->objects) add_object(object, *statics);
     statics_ = std::move(statics);
     for (const ActorSpec& actor : scene_->actors) add_actor(actor);

@@ -113,6 +113,7 @@ struct ActionRun {
         if (action.sky) environment.ambient_sky = *action.sky;
         if (action.ground) environment.ambient_ground = *action.ground;
         if (action.exposure) environment.exposure = static_cast<float>(*action.exposure);
+        if (action.glow) environment.glow = static_cast<float>(*action.glow);
         return {};
     }
     Result<void> of_camera(const auto& action) const {

@@ -27,6 +27,7 @@ ALLOWED: dict[str, list[str]] = {
     "core/codec": ["core/base", "core/frame"],
     "core/stream": ["core/base", "core/fault", "core/frame", "core/codec"],
     "core/render": ["core/base", "core/camera", "core/fault", "core/sensor", "core/world", "core/frame"],
+    "core/bake": ["core/base", "core/world", "core/frame", "core/render"],
     "core/truth": ["core/base", "core/camera", "core/fault", "core/world", "core/frame"],
     "core/engine": ["core"],
     "v4l2_sink": ["core/base", "core/fault", "core/frame", "core/codec", "core/stream"],

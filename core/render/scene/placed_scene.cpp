@@ -54,6 +54,7 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;
         PlacedSurface& surface = place(primitive, model, source, *instance.info);
+        surface.node = prepared.node;
         surface.world_from_local =
             prepared.is_deformed ? world : world * pose.model_from_node[static_cast<std::size_t>(prepared.node)];
         surface.bounds = primitive.source->bounds;
@@ -82,6 +83,21 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
         surface.bounds = primitive.source->bounds;
         surface.light_set = light_sets.add({});
         surface.is_contact_shadow = true;
+    }
+}
+
+void PlacedSurfaces::find_baked(const world::Instance& instance, const world::BakedLight& light) {
+    const auto object = std::ranges::find(light.objects, instance.info->name, &world::BakedObject::name);
+    if (object == light.objects.end() || object->position != instance.position ||
+        object->orientation != instance.orientation || object->scale != instance.scale)
+        return;
+    for (PlacedSurface& surface : surfaces_) {
+        if (surface.object != instance.info.get()) continue;
+        const auto baked = std::ranges::find_if(object->surfaces, [&](const world::BakedSurface& of) {
+            return of.node == surface.node && of.primitive == surface.primitive->number;
+        });
+        if (baked != object->surfaces.end() && !surface.primitive->source->light_coordinates.empty())
+            surface.light_map_at = {baked->x, baked->y};
     }
 }
 
@@ -157,6 +173,8 @@ void PlacedScene::place_statics(const std::shared_ptr<const world::StaticSet>& s
     static_set_ = statics;
     for (const world::Instance& object : statics->objects)
         statics_.add(object, *models_, light_sets_, lights(), environment().exposure);
+    if (statics->baked_light != nullptr)
+        for (const world::Instance& object : statics->objects) statics_.find_baked(object, *statics->baked_light);
     for (const PlacedSurface& surface : statics_.all())
         if (surface.deformation >= 0) statics_.deform(surface);
     own_light_sets_ = static_light_sets_ = light_sets_.size();

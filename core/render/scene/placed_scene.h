@@ -4,6 +4,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -38,9 +39,12 @@ struct PlacedSurface {
     const world::ModelRef* source = nullptr;    ///< of the model: the object's, or contact_model()
     const PreparedModel* model = nullptr;
     const PreparedPrimitive* primitive = nullptr;
+    int node = 0;  ///< of the model; not of a contact shadow
     glm::dmat4 world_from_local{1.0};
     world::Box bounds;  ///< local
     int light_set = 0;  ///< into PlacedScene::light_sets; that of what is not lit is empty
+    /// Of its rectangle in the map of baked light; nullopt: it has none, or does not stand as it did then.
+    std::optional<glm::ivec2> light_map_at{};
     bool is_mirrored = false;
     bool is_contact_shadow = false;  ///< not at quality fast
     int deformation = -1;            ///< into those of its PlacedSurfaces; -1: rigid
@@ -66,6 +70,8 @@ public:
     void add(const world::Instance& instance, PreparedModels& models, LightTable& light_sets,
              std::span<const world::Light> lights, float exposure);
     /// Under the lights of another static set.
+    /// Where the surfaces of an object have their baked light.
+    void find_baked(const world::Instance& instance, const world::BakedLight& light);
     void light_anew(LightTable& light_sets, std::span<const world::Light> lights, float exposure);
     std::span<const PlacedSurface> all() const { return surfaces_; }
     /// Those that are blended, into all().

@@ -22,6 +22,10 @@ LightInView light_in_view(const world::Light& light, const ViewTransform& view, 
     return made;
 }
 
+SurroundingsInView surroundings_in_view(const world::LightProbe& probe, const ViewTransform& view) {
+    return {probe.mean, probe.along * glm::transpose(glm::mat3(view.optical_from_world))};
+}
+
 AmbientInView ambient_in_view(const world::Environment& environment, const ViewTransform& view) {
     return {.up = glm::vec3(view.optical_from_world * glm::dvec3(0.0, 0.0, 1.0)),
             .sky = environment.ambient_sky * environment.exposure,

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/render/scene/light_sum.h"
 #include "core/render/software/lambert.h"
 
 namespace camrig::render::software {
@@ -18,12 +19,14 @@ struct ClippedCorner {
 }  // namespace
 
 void ViewGeometry::begin_view(const scene::SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
-                              bool has_outlines, std::span<const ShadowInView> shadows) {
+                              bool has_outlines, std::span<const ShadowInView> shadows,
+                              std::shared_ptr<const BakedPicture> baked) {
     view_ = view;
     wide_lanes_ = wide_lanes;
     has_outlines_ = has_outlines;
     has_both_sides_ = false;
     shadows_.assign(shadows.begin(), shadows.end());
+    baked_ = is_beautiful() ? std::move(baked) : nullptr;
     light_ = scene::ambient_in_view(view.scene->environment(), view.transform);
     const auto light_sets = static_cast<std::size_t>(view.scene->light_sets().size());
     lights_.resize(std::max(lights_.size(), light_sets));
@@ -86,6 +89,7 @@ const ViewDraw& ViewGeometry::add(const scene::SeenSurface& seen, const Software
     if (is_beautiful() && draw.primitive->is_lit) {
         for (const TextureSlot slot : {normal_slot, metallic_roughness_slot})
             use(slot, primitive.of_material->of(*draw.primitive, slot));
+        if (baked_ != nullptr) use_baked_light(draw);
         // Tangents are not deformed.
         if (draw.textures[normal_slot] != nullptr && !source.tangents.empty() && placed.deformation < 0)
             draw.tangents = source.tangents.data();
@@ -102,6 +106,23 @@ const ViewDraw& ViewGeometry::add(const scene::SeenSurface& seen, const Software
     add_triangles(draw, primitive);
     draw.triangle_count = static_cast<std::uint32_t>(triangles_.size()) - draw.first_triangle;
     return draws_.emplace_back(draw);
+}
+
+void ViewGeometry::use_baked_light(ViewDraw& draw) {
+    const scene::PlacedSurface& placed = *draw.placed;
+    const auto map =
+        placed.light_map_at ? baked_->of_primitives.find(placed.primitive->source) : baked_->of_primitives.end();
+    if (map != baked_->of_primitives.end()) {
+        draw.textures[light_slot] = &map->second;
+        // What hides light is in the map.
+        draw.textures[occlusion_slot] = nullptr;
+        draw.light_map_at =
+            glm::vec2(*placed.light_map_at) / glm::vec2(baked_->light->size.width, baked_->light->size.height);
+        return;
+    }
+    const glm::dvec3 middle(placed.world_from_local * glm::dvec4(0.5f * (placed.bounds.min + placed.bounds.max), 1.0));
+    if (const auto probe = scene::probe_at(baked_->light->grid, baked_->probes, middle))
+        draw.surroundings = scene::surroundings_in_view(*probe, view_.transform);
 }
 
 ScreenVertex ViewGeometry::on_screen(const glm::dvec3& p) const {

@@ -7,6 +7,7 @@
 #include "core/render/pixel_rect.h"
 #include "core/render/scene/scene_view.h"
 #include "core/render/scene/view_lights.h"
+#include "core/render/software/baked_picture.h"
 #include "core/render/software/ray_triangles.h"
 #include "core/render/software/screen_triangles.h"
 #include "core/render/software/shadow_view.h"
@@ -50,6 +51,8 @@ struct ViewDraw : scene::SeenSurface {
     /// Quality fast: light of each vertex, into ViewGeometry::vertex_lights; -1: shaded per pixel or not at all.
     std::ptrdiff_t vertex_lights = -1;
     glm::mat3 optical_from_normal{1.0f};
+    glm::vec2 light_map_at{0.0f};                             ///< of its rectangle, of the map's sides
+    std::optional<scene::SurroundingsInView> surroundings{};  ///< of what has no map where there is baked light
 };
 
 struct VertexLight {
@@ -61,9 +64,10 @@ class ViewGeometry {
 public:
     /// rays: of the view's lens, null without one. wide_lanes: drawn with instructions for all lanes at once.
     /// has_outlines: for pictures of exact areas; triangles between pixel centres are kept. shadows: of
-    /// quality beautiful.
+    /// quality beautiful, as baked light.
     void begin_view(const scene::SceneView& view, std::shared_ptr<const LensRays> rays, bool wide_lanes,
-                    bool has_outlines = false, std::span<const ShadowInView> shadows = {});
+                    bool has_outlines = false, std::span<const ShadowInView> shadows = {},
+                    std::shared_ptr<const BakedPicture> baked = nullptr);
     /// For what a light sees: both sides of every triangle.
     void begin_shadow_map(const scene::SceneView& view, bool wide_lanes) {
         begin_view(view, nullptr, wide_lanes);
@@ -79,6 +83,7 @@ public:
     bool has_outlines() const { return has_outlines_; }
     bool is_beautiful() const { return view_.quality == world::Quality::beautiful; }
     std::span<const ShadowInView> shadows() const { return shadows_; }
+    const BakedPicture* baked() const { return baked_.get(); }
     /// Of all that is kept of the view.
     std::int64_t bytes() const;
     const scene::AmbientInView& light() const { return light_; }
@@ -97,6 +102,7 @@ public:
 private:
     const SurfaceLights* lights_of(int light_set);
     void light_vertices(ViewDraw& draw);
+    void use_baked_light(ViewDraw& draw);
     void add_triangles(const ViewDraw& draw, const SoftwarePrimitive& primitive);
     void add_ray_triangles(const ViewDraw& draw, const TriangleRule& rule);
     void clip(const ViewDraw& draw, const std::array<std::uint32_t, 3>& corners);
@@ -119,7 +125,8 @@ private:
     bool wide_lanes_ = false, has_outlines_ = false, has_both_sides_ = false;
     scene::AmbientInView light_;
     std::vector<ShadowInView> shadows_;
-    std::vector<SurfaceLights> lights_;  ///< per light set of the scene; made when first drawn with
+    std::shared_ptr<const BakedPicture> baked_;  ///< of quality beautiful
+    std::vector<SurfaceLights> lights_;          ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;
     std::vector<ViewDraw> draws_;
     std::vector<ScreenVertex> vertices_;

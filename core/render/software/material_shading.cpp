@@ -109,6 +109,21 @@ CAMRIG_LANES Lanes3 reflected(const SurfaceResponse& s, const Lanes3& towards, L
     return (s.diffuse * (one - fresnel) + fresnel * s.gain * (a2 / (d * d) * visibility)) * max(cosine, Lanes{});
 }
 
+/// Light from all around on a surface: from the map of baked light or a place of it, or of sky and ground.
+template <typename Isa>
+CAMRIG_LANES Lanes3 light_around(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                                 const Lanes3& n) {
+    if (draw.textures[light_slot] != nullptr) {
+        const auto light = sampled<Isa>(draw, light_slot, TextureChannels::rgb, points);
+        return Lanes3{light[0], light[1], light[2]} * lanes(geometry.baked()->scale);
+    }
+    if (draw.surroundings) {
+        const Lanes3 light = splat(draw.surroundings->mean) + turned(draw.surroundings->along, n);
+        return {max(light.x, Lanes{}), max(light.y, Lanes{}), max(light.z, Lanes{})};
+    }
+    return hemisphere<PointGroup>(geometry.light(), n);
+}
+
 /// What of the surroundings is reflected, and how much of the light goes no further into the surface.
 struct Mirror {
     Lanes3 share, light;
@@ -187,15 +202,23 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
         mirror.light = mirror.light * clamp01(power - 1.0f + occlusion);
     }
     const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
-    Lanes3 sum = s.diffuse * (one - mirror.share) * hemisphere<PointGroup>(geometry.light(), s.normal) * occlusion +
-                 mirror.share * mirror.light;
+    const Lanes3 around = light_around<Isa>(geometry, draw, points, s.normal);
+    if (geometry.baked() != nullptr) {
+        // What of sky and ground comes to the surface comes to its mirror image.
+        const Lanes3 open = hemisphere<PointGroup>(geometry.light(), s.normal);
+        const auto part = [](Lanes arriving, Lanes of)
+                              __attribute__((always_inline)) { return arriving / max(of, lanes(1e-6f)); };
+        mirror.light = mirror.light * Lanes3{part(around.x, open.x), part(around.y, open.y), part(around.z, open.z)};
+    }
+    Lanes3 sum = s.diffuse * (one - mirror.share) * around * occlusion + mirror.share * mirror.light;
     const SurfaceLights& lights = *draw.lights;
     for (std::size_t i = 0; i < lights.directional.size(); ++i) {
         const scene::LightInView& light = lights.directional[i];
         add_lamp<Isa>(geometry, s, {splat(light.towards), splat(light.color), lights.directional_shadows[i]}, position,
                       geometric, has_movers, sum);
     }
-    for (std::size_t i = 0; i < lights.local.size(); ++i) {
+    // Lamps are in baked light.
+    for (std::size_t i = 0; geometry.baked() == nullptr && i < lights.local.size(); ++i) {
         const LightAtPoint<PointGroup> local = light_at<PointGroup>(lights.local[i], position);
         add_lamp<Isa>(geometry, s, {local.towards, splat(lights.local[i].color) * local.share, lights.local_shadows[i]},
                       position, geometric, has_movers, sum);

@@ -8,6 +8,7 @@
 #include "core/base/cpu_meter.h"
 #include "core/frame/tone.h"
 #include "core/render/aperture.h"
+#include "core/render/software/baked_picture.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/taken_picture.h"
 #include "core/render/software/view_rows.h"
@@ -391,7 +392,9 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
                                     work.ahead != nullptr ? work.ahead->positions_of(seen) : nullptr);
     };
     const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
-    scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows);
+    const bool is_beautiful = work.scene.quality == world::Quality::beautiful;
+    scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows,
+                                is_beautiful ? caches_.baked->of(*scene_.snapshot()->statics) : nullptr);
     scratch.opaque.clear();
     scratch.blending.clear();
     scratch.proxies = 0;

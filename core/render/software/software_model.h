@@ -25,6 +25,7 @@ enum TextureSlot {
     occlusion_slot,
     normal_slot,  ///< this and what follows: only of quality beautiful
     metallic_roughness_slot,
+    light_slot,  ///< the map of baked light (BakedPicture)
     texture_slot_count
 };
 
@@ -62,7 +63,7 @@ private:
     const world::Model& model_;
     std::shared_ptr<SoftwareImages> images_;
     std::once_flag once_;
-    std::array<SampledTexture, texture_slot_count - normal_slot> made_;
+    std::array<SampledTexture, light_slot - normal_slot> made_;
 };
 
 struct SoftwarePrimitive {

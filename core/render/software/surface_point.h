@@ -464,6 +464,10 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         auto& at = points.textures[slot];
         at.u = between(a[0], b[0], c[0]);
         at.v = between(a[1], b[1], c[1]);
+        if (slot == light_slot) {
+            at.u = at.u + draw.light_map_at.x;
+            at.v = at.v + draw.light_map_at.y;
+        }
         const SoftwareImage& image = *texture.image;
         const auto width = static_cast<float>(image.levels.front().width);
         const auto height = static_cast<float>(image.levels.front().height);

@@ -89,6 +89,7 @@ struct LightAction {
 struct EnvironmentAction {
     std::optional<glm::vec3> background, sky, ground;
     std::optional<double> exposure;
+    std::optional<double> glow;
 };
 struct CameraAction {
     std::string camera;

@@ -190,7 +190,8 @@ std::vector<Kind<Action>> make_actions() {
             {new_color<&EnvironmentAction::background>("background"), new_color<&EnvironmentAction::sky>("sky"),
              new_color<&EnvironmentAction::ground>("ground"),
              field_at<&EnvironmentAction::exposure>(
-                 {.name = "exposure", .fallback = "as it is", .range = {1e-6, 1e6}})}),
+                 {.name = "exposure", .fallback = "as it is", .range = {1e-6, 1e6}}),
+             field_at<&EnvironmentAction::glow>({.name = "glow", .fallback = "as it is", .range = {0.0, 1e6}})}),
         kind_of<Action, CameraAction>(
             {.name = "camera",
              .doc = "puts a camera somewhere else, gives it another field of view, sets its clock, or several of them",

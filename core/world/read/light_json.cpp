@@ -93,6 +93,11 @@ FieldTable<Environment> fields_of(std::type_identity<Environment>) {
         color_at<&Environment::background>({.name = "background", .doc = "where nothing is"}), ambient(),
         field_at<&Environment::exposure>(
             {.name = "exposure", .doc = "factor on linear colour before the sRGB curve", .range = {1e-6, 1e6}}),
+        field_at<&Environment::glow>(
+            {.name = "glow",
+             .doc = "what is unlit or emissive lights others as if it were so many times brighter "
+                    "than it is drawn; counts where there is baked light (`camrig bake`)",
+             .range = {0.0, 1e6}}),
         field_at<&Environment::lux>({.name = "lux",
                                      .doc = "for cameras with a sensor: illuminance where white is drawn as white",
                                      .unit = "lx",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -19,22 +20,27 @@ from tools.bench import report
 
 ROOT = report.REPOSITORY
 sys.path.insert(0, str(ROOT / "control" / "python"))
+from camrig.places import find_binary  # noqa: E402
 from tools.bench.light import compare, export  # noqa: E402
 
 PAGE = ROOT / "docs" / "quality.md"
 PICTURES = ROOT / "docs" / "pictures" / "light"
 VIEWS = (("hall", "lobby"), ("street", "corner"))
 LEVELS = ("fast", "simple", "beautiful")
+#: `beautiful` after `camrig bake`.
+BAKED = "`beautiful`, baked"
 #: Share of the pixels whose depth may differ by more than 1 %: edges of triangles and of what is masked.
 DEPTH_SHARE = 0.02
 
 
-def draw(scene: dict, place: str, size: tuple[int, int], levels: tuple[str, ...]):
+def draw(scene: dict, place: str, size: tuple[int, int], levels: tuple[str, ...], *, is_baked: bool = False):
     """({level: HxWx3 codes}, depth, the camera as the export has it)."""
-    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
-        json.dump(scene, file)
-        file.flush()
-        with report.start(file.name, mode="lockstep", device="cpu") as rig:
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "still.json"
+        file.write_text(json.dumps(scene))
+        if is_baked:
+            subprocess.run([find_binary(), "bake", file], check=True)
+        with report.start(str(file), mode="lockstep", device="cpu") as rig:
             cameras = [rig.create_camera(level, place=place, size=size, fps=5, quality=level, antialias="coverage") for level in levels]
             rig.step(seconds=0.2)
             pictures = {level: camera.frame().image[..., 2::-1].astype(float) for level, camera in zip(levels, cameras)}
@@ -55,7 +61,7 @@ def save(name: str, ours: np.ndarray, theirs: np.ndarray) -> str:
     PICTURES.mkdir(parents=True, exist_ok=True)
     row = np.hstack([ours, theirs, np.clip(128 + (ours - theirs), 0, 255)])
     Image.fromarray(row.round().astype(np.uint8)).save(PICTURES / f"{name}.jpg", quality=88)
-    return f"![{name}: `beautiful`, Mitsuba, the difference about grey](pictures/light/{name}.jpg)"
+    return f"![{name}: baked `beautiful`, Mitsuba, the difference about grey](pictures/light/{name}.jpg)"
 
 
 def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[list[str], str, str]:
@@ -64,6 +70,7 @@ def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple
     shipped = json.loads((ROOT / "scenes" / f"{name}.json").read_text())
     scene = export.still(shipped)
     pictures, depth, eye = draw(scene, place, size, LEVELS)
+    pictures[BAKED] = draw(scene, place, size, ("beautiful",), is_baked=True)[0]["beautiful"]
     unlit = draw(scene | {"lights": []}, place, size, ("beautiful",))[0]["beautiful"]
     exported = export.read(scene, ROOT / "scenes")
     reference = Reference(exported, eye)
@@ -75,19 +82,19 @@ def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple
     halves = tuple(export.codes(half.whole, exported.exposure) for half in layers)
     light = (layers[0].whole + layers[1].whole) / 2
     rows = []
-    for level in LEVELS:
+    for level in (*LEVELS, BAKED):
         found = compare.score(pictures[level], halves)
         factor = compare.best_factor(pictures[level], light * exported.exposure)
         levelled = compare.score(pictures[level], tuple(export.codes(half.whole, exported.exposure * factor) for half in layers))
         rows.append(
-            f"| {name}, {place} | `{level}` | {found.psnr_db:.1f} | {found.ssim:.3f} | {found.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
+            f"| {name}, {place} | {level if level == BAKED else f'`{level}`'} | {found.psnr_db:.1f} | {found.ssim:.3f} | {found.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
             f"{levelled.flip:.3f} | {compare.noise(halves):.1f} | {100 * share:.2f} |"
         )
         print(rows[-1], file=sys.stderr, flush=True)
     steps = compare.mended(export.light_of(pictures["beautiful"]), export.light_of(unlit), layers, exported.exposure)
     ladder = f"| {name}, {place} | " + " | ".join(f"{decibels:.1f}" for _, decibels in steps) + " |"
     print(ladder, file=sys.stderr, flush=True)
-    return rows, ladder, save(f"{name}-{place}", pictures["beautiful"], (halves[0] + halves[1]) / 2)
+    return rows, ladder, save(f"{name}-{place}", pictures[BAKED], (halves[0] + halves[1]) / 2)
 
 
 def main() -> int:

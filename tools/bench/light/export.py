@@ -7,7 +7,7 @@ Units. In camrig a white Lambert surface that light c meets squarely is drawn as
     point light c              radiant intensity pi c: at distance d irradiance pi c / d^2
     ambient {sky, ground}      an environment of radiance sky above the horizon and ground below; a normal at the angle t to the
                                vertical then gathers pi (sky (1 + cos t) / 2 + ground (1 - cos t) / 2): camrig's hemisphere term
-    emissive, unlit colour c   an emitter of radiance c
+    emissive, unlit colour c   an emitter of radiance c times the environment's `glow`; the camera sees c
     background                 what the camera sees where nothing is; lights nothing
 """
 
@@ -42,6 +42,7 @@ class Exported:
     ground: np.ndarray
     background: np.ndarray
     exposure: float
+    glow: float
 
 
 @dataclass(frozen=True)
@@ -85,6 +86,7 @@ def read(scene: dict[str, Any], folder: Path) -> Exported:
         ground=np.array(ambient.get("ground", (0.3, 0.3, 0.3)), float),
         background=np.array(environment.get("background", (0.6, 0.7, 0.8)), float),
         exposure=float(environment.get("exposure", 1.0)),
+        glow=float(environment.get("glow", 1.0)),
     )
 
 

@@ -78,7 +78,7 @@ class Reference:
         """`is_lambert`: all surfaces are Lambert's alone, whose answers are known."""
         self.exported, self.eye = exported, eye
         self._folder = tempfile.TemporaryDirectory()
-        lit = [_shape(surface, Path(self._folder.name), i, is_lambert) for i, surface in enumerate(exported.surfaces)]
+        lit = [_shape(surface, Path(self._folder.name), i, is_lambert, exported.glow) for i, surface in enumerate(exported.surfaces)]
         dark = {f"shape{i}": shape for i, (shape, surface) in enumerate(zip(lit, exported.surfaces)) if not surface.material.is_unlit}
         every = {f"shape{i}": shape for i, shape in enumerate(lit)}
         for item in dark.values():
@@ -87,13 +87,17 @@ class Reference:
         # Loading takes seconds, and loaded shapes are shared. What is unlit lets the sun through, as in camrig.
         loaded = {name: mi.load_dict(item) for name, item in dark.items()}
         self._sun = mi.load_dict({"type": "scene", **sensor, **loaded, **{f"light{i}": _emitter(light) for i, light in enumerate(exported.lights)}})
-        glowing = {
-            name: mi.load_dict(_with_glow(item, surface, Path(self._folder.name), name)) if _glows(surface.material) else loaded[name]
-            for (name, item), surface in zip(every.items(), exported.surfaces)
-        }
-        self._sky = mi.load_dict({"type": "scene", **sensor, **glowing, "environment": _environment(exported.sky, exported.ground)})
-        self._mask = mi.load_dict({"type": "scene", **sensor, **glowing, "environment": {"type": "constant", "radiance": 1.0}})
-        self._emitters = mi.load_dict({"type": "scene", **sensor, **glowing, "environment": {"type": "constant", "radiance": 0.0}})
+        def glowing(strength: float) -> dict[str, Any]:
+            return {
+                name: mi.load_dict(_with_glow(item, surface, Path(self._folder.name), name, strength)) if _glows(surface.material) else loaded[name]
+                for (name, item), surface in zip(every.items(), exported.surfaces)
+            }
+
+        # What glows lights others by its strength, and is seen as it is drawn.
+        seen, lights = glowing(1.0), glowing(exported.glow)
+        self._sky = mi.load_dict({"type": "scene", **sensor, **lights, "environment": _environment(exported.sky, exported.ground)})
+        self._mask = mi.load_dict({"type": "scene", **sensor, **seen, "environment": {"type": "constant", "radiance": 1.0}})
+        self._emitters = mi.load_dict({"type": "scene", **sensor, **seen, "environment": {"type": "constant", "radiance": 0.0}})
 
     def layers(self, samples: int, seed: int) -> Layers:
         """`samples` a pixel; other seeds give independent noise."""
@@ -178,11 +182,12 @@ def _glows(material: Material) -> bool:
     return material.is_unlit or any(material.emissive)
 
 
-def _shape(surface: Primitive, folder: Path, number: int, is_lambert: bool) -> dict[str, Any]:
+def _shape(surface: Primitive, folder: Path, number: int, is_lambert: bool, glow: float) -> dict[str, Any]:
     name = f"{number}"
     colors = surface.colors[:, :3] * np.asarray(surface.material.base_color[:3])
     mesh = mi.Mesh(name, len(surface.positions), len(surface.triangles), has_vertex_normals=True, has_vertex_texcoords=surface.uv is not None)
     mesh.add_attribute("vertex_color", 3, np.ascontiguousarray(colors, np.float32).ravel())
+    mesh.add_attribute("vertex_glow", 3, np.ascontiguousarray(colors * glow, np.float32).ravel())
     values = mi.traverse(mesh)
     values["vertex_positions"] = np.ascontiguousarray(surface.positions, np.float32).ravel()
     values["vertex_normals"] = np.ascontiguousarray(surface.normals, np.float32).ravel()
@@ -195,8 +200,8 @@ def _shape(surface: Primitive, folder: Path, number: int, is_lambert: bool) -> d
     return {"type": "ply", "filename": str(path), "bsdf": _material(surface, folder, name, is_lambert)}
 
 
-def _color(surface: Primitive, folder: Path, name: str) -> dict[str, Any]:
-    factor = {"type": "mesh_attribute", "name": "vertex_color"}
+def _color(surface: Primitive, folder: Path, name: str, attribute: str = "vertex_color") -> dict[str, Any]:
+    factor = {"type": "mesh_attribute", "name": attribute}
     if surface.material.texture is None or surface.uv is None:
         return factor
     data, repeats = surface.material.texture
@@ -226,7 +231,10 @@ def _material(surface: Primitive, folder: Path, name: str, is_lambert: bool) -> 
     return made
 
 
-def _with_glow(item: dict[str, Any], surface: Primitive, folder: Path, name: str) -> dict[str, Any]:
+def _with_glow(item: dict[str, Any], surface: Primitive, folder: Path, name: str, strength: float) -> dict[str, Any]:
     material = surface.material
-    radiance = _color(surface, folder, f"glow_{name}") if material.is_unlit else {"type": "rgb", "value": list(material.emissive)}
+    if material.is_unlit:
+        radiance = _color(surface, folder, f"glow_{name}", "vertex_color" if strength == 1.0 else "vertex_glow")
+    else:
+        radiance = {"type": "rgb", "value": [strength * value for value in material.emissive]}
     return {**item, "emitter": {"type": "area", "radiance": radiance}}

@@ -1,0 +1,381 @@
+#include "core/bake/transport.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+
+#include "core/base/random.h"
+#include "core/render/scene/view_lights.h"
+#include "core/render/software/lambert.h"
+#include "core/render/software/thread_team.h"
+
+namespace camrig::bake {
+namespace {
+
+using world::LightSource;
+
+/// Rays begin so far before their surface.
+constexpr float lift_m = 5e-4f;
+/// A texel's places have so many rays each. A place from which more of them meet the inside of something is within
+/// that, or under it, and counts for nothing.
+constexpr int rays_of_place = 16, most_insides = 2;
+constexpr std::size_t block = 2048;
+constexpr std::size_t max_layers = 64;
+
+using Gathered = std::array<glm::vec3, max_layers>;
+
+/// Two axes across a unit vector. Duff et al., Building an orthonormal basis, revisited, 2017.
+struct Basis {
+    glm::vec3 right, down, ahead;
+    explicit Basis(const glm::vec3& n) : ahead(n) {
+        const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
+        right = {1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x};
+        down = {b, sign + n.y * n.y * a, -n.y};
+    }
+    glm::vec3 turned(const glm::vec3& v) const { return right * v.x + down * v.y + ahead * v.z; }
+};
+
+/// Points of a unit square that are spread evenly, moved by a shift: Roberts, The unreasonable effectiveness of
+/// quasirandom sequences, 2018.
+glm::vec2 spread_point(int i, const glm::vec2& shift) {
+    const glm::dvec2 at(0.7548776662466927 * i + shift.x, 0.5698402909980532 * i + shift.y);
+    return glm::vec2(at - glm::floor(at));
+}
+glm::vec3 by_cosine(const glm::vec2& at) {
+    const float radius = std::sqrt(at.x), angle = 2.0f * std::numbers::pi_v<float> * at.y;
+    return {radius * std::cos(angle), radius * std::sin(angle), std::sqrt(std::max(0.0f, 1.0f - at.x))};
+}
+glm::vec3 to_all_sides(const glm::vec2& at) {
+    const float z = 1.0f - 2.0f * at.x, radius = std::sqrt(std::max(0.0f, 1.0f - z * z));
+    const float angle = 2.0f * std::numbers::pi_v<float> * at.y;
+    return {radius * std::cos(angle), radius * std::sin(angle), z};
+}
+glm::vec2 shift_of(std::uint64_t stream, std::uint64_t number) {
+    return {static_cast<float>(random_unit(stream, number, 0)), static_cast<float>(random_unit(stream, number, 1))};
+}
+
+class Solver {
+public:
+    Solver(const RayScene& scene, const LightMap& map, std::span<const Source> sources,
+           std::span<const world::Light> lights, const world::ProbeGrid& grid, const TransportOptions& options)
+        : scene_(scene),
+          map_(map),
+          sources_(sources),
+          lights_(lights),
+          grid_(grid),
+          options_(options),
+          team_(std::max(1, options.threads)) {}
+
+    Transport solve();
+
+private:
+    bool run(std::size_t count, double share, const std::function<void(std::size_t)>& work);
+    void find_direct();
+    glm::vec3 direct(const MapPlace& place, const Source& source, bool both_sides) const;
+    /// What comes along a ray, added by layer; whether it met the inside of something.
+    bool look(const Ray& ray, Gathered& sum) const;
+    /// False: all of the texel is inside of something.
+    bool gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const;
+    bool gather_all(int rays, std::uint64_t stream, double share);
+    void find_radiance();
+    void mend_insides();
+    void smooth();
+    void find_probes(Transport& to, double share);
+    bool is_two_sided(const MapTexel& texel) const { return scene_.surfaces()[texel.surface].material->double_sided; }
+
+    const RayScene& scene_;
+    const LightMap& map_;
+    std::span<const Source> sources_;
+    std::span<const world::Light> lights_;
+    const world::ProbeGrid& grid_;
+    const TransportOptions& options_;
+    render::software::ThreadTeam team_;
+    double done_ = 0.0;
+    std::vector<glm::vec3> albedo_;                                  ///< by texel
+    std::vector<std::vector<glm::vec3>> direct_, light_, radiance_;  ///< by layer and texel
+    std::vector<std::uint8_t> is_open_;                              ///< by texel: not inside of something
+};
+
+bool Solver::run(std::size_t count, double share, const std::function<void(std::size_t)>& work) {
+    const std::size_t blocks = (count + block - 1) / block;
+    std::atomic<std::size_t> finished = 0;
+    std::atomic<bool> goes_on = true;
+    team_.run(blocks, [&](int worker, std::size_t number) {
+        if (!goes_on) return;
+        for (std::size_t i = number * block; i < std::min(count, (number + 1) * block); ++i) work(i);
+        const std::size_t now = ++finished;
+        // The first worker is the one that asks.
+        if (worker == 0 && options_.progress)
+            goes_on = options_.progress(done_ + share * static_cast<double>(now) / static_cast<double>(blocks));
+    });
+    done_ += share;
+    return goes_on;
+}
+
+glm::vec3 Solver::direct(const MapPlace& place, const Source& source, bool both_sides) const {
+    world::Light light = lights_[source.lamp];
+    light.color = glm::vec3(1.0f);
+    light.intensity = 1.0f;
+    const auto in_view = render::scene::light_in_view(light, {}, 1.0f);
+    glm::vec3 towards = in_view.towards;
+    float share = 1.0f, length = 1e30f;
+    if (light.type != world::LightType::directional) {
+        const auto at = render::software::light_at<render::software::OnePoint>(in_view, place.position);
+        towards = at.towards;
+        share = at.share;
+        length = glm::length(in_view.position - place.position) - lift_m;
+    }
+    float cosine = glm::dot(place.normal, towards);
+    glm::vec3 side = place.side;
+    if (both_sides) {
+        if (glm::dot(place.side, towards) < 0.0f) side = -side;
+        cosine = 0.5f * std::abs(cosine);
+    } else if (glm::dot(place.side, towards) <= 0.0f) {
+        return glm::vec3(0.0f);
+    }
+    if (!(cosine > 0.0f) || !(share > 0.0f)) return glm::vec3(0.0f);
+    return glm::vec3(cosine * share * scene_.open_share({place.position + side * lift_m, towards, length}));
+}
+
+void Solver::find_direct() {
+    constexpr int points = 4;
+    const auto& texels = map_.texels();
+    for (auto* const all : {&direct_, &light_, &radiance_})
+        all->assign(sources_.size(), std::vector<glm::vec3>(texels.size()));
+    albedo_.resize(texels.size());
+    is_open_.resize(texels.size());
+    run(texels.size(), 0.02, [&](std::size_t i) {
+        const MapTexel& texel = texels[i];
+        const world::Material& material = *scene_.surfaces()[texel.surface].material;
+        const glm::vec2 shift = shift_of(1, texel.index);
+        for (int k = 0; k < points; ++k) {
+            const MapPlace place = map_.place(texel, spread_point(k, shift) - 0.5f);
+            const glm::vec3 base(scene_.base_color(texel.surface, texel.triangle, place.shares));
+            // What is mirrored goes on too: a twenty-fifth of all, and of metals their colour.
+            albedo_[i] += glm::clamp(base * (0.96f + 0.04f * material.metallic) + 0.04f * (1.0f - material.metallic),
+                                     0.0f, 0.98f) /
+                          static_cast<float>(points);
+            for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+                if (sources_[layer].kind == LightSource::lamp)
+                    direct_[layer][i] +=
+                        direct(place, sources_[layer], is_two_sided(texel)) / static_cast<float>(points);
+        }
+    });
+}
+
+bool Solver::look(const Ray& ray, Gathered& sum) const {
+    float through = 1.0f;
+    const auto hit = scene_.first_hit(ray, through);
+    if (!hit) {
+        const auto kind = ray.along.z > 0.0f ? LightSource::sky : LightSource::ground;
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+            if (sources_[layer].kind == kind) sum[layer] += through;
+        return false;
+    }
+    const RaySurface& surface = scene_.surfaces()[hit->surface];
+    const bool is_inside = !hit->is_front && !surface.material->double_sided && surface.is_lit;
+    if (is_inside) return true;
+    const std::int32_t texel = map_.texel_at(*hit);
+    for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
+        if (texel >= 0) sum[layer] += radiance_[layer][static_cast<std::size_t>(texel)] * through;
+        if (sources_[layer].kind == LightSource::glow)
+            sum[layer] += scene_.glow(hit->surface, hit->triangle, hit->shares) * through;
+    }
+    return false;
+}
+
+bool Solver::gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const {
+    const glm::vec2 shift = shift_of(stream, texel.index), moved = shift_of(stream + 1, texel.index);
+    const bool both_sides = is_two_sided(texel);
+    int counted = 0;
+    for (int first = 0; first < rays; first += rays_of_place) {
+        const MapPlace place = map_.place(texel, spread_point(first / rays_of_place, moved) - 0.5f);
+        if (place.side == glm::vec3(0.0f)) return false;
+        const Basis basis(place.normal);
+        Gathered part{};
+        int inside = 0;
+        for (int i = first; i < first + rays_of_place; ++i) {
+            glm::vec3 along = basis.turned(by_cosine(spread_point(i, shift)));
+            glm::vec3 side = place.side;
+            if (both_sides && i % 2 == 1) {
+                along = -along;
+                side = -side;
+            }
+            // A bent normal sends rays behind the surface: nothing comes from there.
+            if (glm::dot(along, side) <= 0.0f) continue;
+            inside += look({place.position + side * lift_m, along}, part);
+        }
+        if (inside > most_insides) continue;
+        counted += rays_of_place;
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] += part[layer];
+    }
+    if (counted == 0) return false;
+    for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] *= 1.0f / static_cast<float>(counted);
+    return true;
+}
+
+bool Solver::gather_all(int rays, std::uint64_t stream, double share) {
+    const auto& texels = map_.texels();
+    return run(texels.size(), share, [&](std::size_t i) {
+        Gathered sum{};
+        is_open_[i] = gather(texels[i], rays, stream, sum);
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer) light_[layer][i] = sum[layer];
+    });
+}
+
+void Solver::find_radiance() {
+    for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+        for (std::size_t i = 0; i < albedo_.size(); ++i)
+            radiance_[layer][i] = albedo_[i] * (light_[layer][i] + direct_[layer][i]);
+}
+
+/// Texels beside each other on one surface, in the order of the map.
+template <typename Use>
+void each_neighbor(const LightMap& map, const MapTexel& texel, int reach, const Use& use) {
+    const int width = map.size().width, height = map.size().height;
+    const int x0 = static_cast<int>(texel.index) % width, y0 = static_cast<int>(texel.index) / width;
+    for (int y = std::max(0, y0 - reach); y <= std::min(height - 1, y0 + reach); ++y) {
+        for (int x = std::max(0, x0 - reach); x <= std::min(width - 1, x0 + reach); ++x) {
+            const std::int32_t number = map.texel_of_index()[static_cast<std::size_t>(y * width + x)];
+            if (number < 0 || map.texels()[static_cast<std::size_t>(number)].surface != texel.surface) continue;
+            use(static_cast<std::size_t>(number), x - x0, y - y0);
+        }
+    }
+}
+
+void Solver::mend_insides() {
+    constexpr int passes = 8;
+    const auto& texels = map_.texels();
+    std::vector<std::uint8_t> is_good = is_open_;
+    for (int pass = 0; pass < passes; ++pass) {
+        std::vector<std::size_t> mended;
+        for (std::size_t i = 0; i < texels.size(); ++i) {
+            if (is_good[i] != 0) continue;
+            float weight = 0.0f;
+            Gathered sum{};
+            each_neighbor(map_, texels[i], 1, [&](std::size_t other, int, int) {
+                if (is_good[other] == 0) return;
+                weight += 1.0f;
+                for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] += light_[layer][other];
+            });
+            if (weight == 0.0f) continue;
+            for (std::size_t layer = 0; layer < sources_.size(); ++layer) light_[layer][i] = sum[layer] / weight;
+            mended.push_back(i);
+        }
+        for (const std::size_t i : mended) is_good[i] = 1;
+        if (mended.empty()) return;
+    }
+}
+
+void Solver::smooth() {
+    const auto& texels = map_.texels();
+    std::vector<MapPlace> places(texels.size());
+    run(texels.size(), 0.005, [&](std::size_t i) { places[i] = map_.place(texels[i]); });
+    for (int pass = 0; pass < 2; ++pass) {
+        auto made = light_;
+        run(texels.size(), 0.005, [&](std::size_t i) {
+            float weight = 0.0f;
+            Gathered sum{};
+            each_neighbor(map_, texels[i], 2, [&](std::size_t other, int dx, int dy) {
+                if (is_open_[other] == 0) return;
+                const glm::vec3 gap = places[other].position - places[i].position;
+                // Of one plane, and beside each other there as they are in the map.
+                if (glm::dot(places[other].normal, places[i].normal) < 0.95f) return;
+                if (std::abs(glm::dot(gap, places[i].side)) > 0.2f * glm::length(gap) + 1e-3f) return;
+                const float share = std::exp2(-0.5f * static_cast<float>(dx * dx + dy * dy));
+                weight += share;
+                for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+                    sum[layer] += light_[layer][other] * share;
+            });
+            if (weight == 0.0f) return;
+            for (std::size_t layer = 0; layer < sources_.size(); ++layer) made[layer][i] = sum[layer] / weight;
+        });
+        light_ = std::move(made);
+    }
+}
+
+void Solver::find_probes(Transport& to, double share) {
+    const std::size_t count = grid_.size();
+    to.probes.assign(sources_.size(), std::vector<world::LightProbe>(count));
+    to.is_open.assign(count, 0);
+    run(count, share, [&](std::size_t number) {
+        const auto x = number % static_cast<std::size_t>(grid_.count.x);
+        const auto y = number / static_cast<std::size_t>(grid_.count.x) % static_cast<std::size_t>(grid_.count.y);
+        const auto z = number / static_cast<std::size_t>(grid_.count.x) / static_cast<std::size_t>(grid_.count.y);
+        const glm::vec3 from(grid_.first + grid_.spacing_m * glm::dvec3(x, y, z));
+        const glm::vec2 shift = shift_of(7, number);
+        int inside = 0;
+        for (int i = 0; i < options_.probe_rays; ++i) {
+            const glm::vec3 along = to_all_sides(spread_point(i, shift));
+            Gathered sum{};
+            inside += look({from, along}, sum);
+            for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
+                world::LightProbe& probe = to.probes[layer][number];
+                probe.mean += sum[layer];
+                for (glm::length_t c = 0; c < 3; ++c) probe.along[c] += sum[layer] * (2.0f * along[c]);
+            }
+        }
+        const float part = 1.0f / static_cast<float>(options_.probe_rays);
+        to.is_open[number] = static_cast<float>(inside) * part < 0.1f;
+        for (auto& layer : to.probes) layer[number] = layer[number].scaled(glm::vec3(part));
+        // Lamps are points: no ray meets them.
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
+            if (sources_[layer].kind != LightSource::lamp) continue;
+            const world::Light& light = lights_[sources_[layer].lamp];
+            if (light.type == world::LightType::directional) continue;
+            const glm::vec3 way = glm::vec3(light.position) - from;
+            const float length = glm::length(way);
+            if (length < 1e-3f) continue;
+            const MapPlace place{from, way / length, way / length, {}};
+            const glm::vec3 arriving = direct(place, sources_[layer], false);
+            // As the two terms of a light from one direction: a quarter, and a half along it.
+            world::LightProbe& probe = to.probes[layer][number];
+            probe.mean += 0.25f * arriving;
+            for (glm::length_t c = 0; c < 3; ++c) probe.along[c] += arriving * (0.5f * place.side[c]);
+        }
+    });
+}
+
+Transport Solver::solve() {
+    Transport made;
+    find_direct();
+    const double coarse = options_.coarse_rays * options_.bounces, fine = options_.rays;
+    const double part = 0.9 / (coarse + fine);
+    find_radiance();
+    for (int bounce = 0; bounce < options_.bounces; ++bounce) {
+        if (!gather_all(options_.coarse_rays, 100 + 2 * static_cast<std::uint64_t>(bounce),
+                        part * options_.coarse_rays))
+            return made;
+        mend_insides();
+        find_radiance();
+    }
+    if (!gather_all(options_.rays, 10, part * fine)) return made;
+    mend_insides();
+    find_radiance();
+    smooth();
+    find_probes(made, 0.06);
+    made.texels.assign(sources_.size(), {});
+    for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
+        // A directional light's own part is drawn, with its shadows.
+        const bool has_direct = sources_[layer].kind == LightSource::lamp &&
+                                lights_[sources_[layer].lamp].type != world::LightType::directional;
+        made.texels[layer] = std::move(light_[layer]);
+        if (!has_direct) continue;
+        for (std::size_t i = 0; i < made.texels[layer].size(); ++i) made.texels[layer][i] += direct_[layer][i];
+    }
+    made.is_whole = true;
+    return made;
+}
+
+}  // namespace
+
+Transport find_transport(const RayScene& scene, const LightMap& map, std::span<const Source> sources,
+                         std::span<const world::Light> lights, const world::ProbeGrid& grid,
+                         const TransportOptions& options) {
+    return Solver(scene, map, sources, lights, grid, options).solve();
+}
+
+}  // namespace camrig::bake

@@ -1,0 +1,43 @@
+#include "core/render/software/baked_picture.h"
+
+#include "core/render/scene/light_sum.h"
+
+namespace camrig::render::software {
+namespace {
+
+SampledTexture use_of(const BakedPicture& picture, const world::Primitive& primitive) {
+    SampledTexture use;
+    use.image = &picture.map;
+    use.sampler = {.wrap_s = world::Wrap::clamp_to_edge, .wrap_t = world::Wrap::clamp_to_edge, .mipmaps = false};
+    const glm::vec2 scale = 1.0f / glm::vec2(picture.light->size.width, picture.light->size.height);
+    use.coordinates.reserve(primitive.light_coordinates.size());
+    for (const glm::vec2& at : primitive.light_coordinates) use.coordinates.push_back(at * scale);
+    return use;
+}
+
+}  // namespace
+
+std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& statics) {
+    if (statics.baked_light == nullptr) return nullptr;
+    const std::lock_guard lock(mutex_);
+    std::vector<glm::vec3> weights = scene::layer_weights(statics);
+    if (last_ != nullptr && last_->light == statics.baked_light && last_->weights == weights) return last_;
+    auto made = std::make_shared<BakedPicture>();
+    made->light = statics.baked_light;
+    const world::BakedLight& light = *made->light;
+    scene::LightMapSum sum = scene::sum_map(light, weights);
+    made->map.levels = {{light.size.width, light.size.height, 0}};
+    made->map.texels = std::move(sum.texels);
+    made->scale = sum.scale;
+    made->probes = scene::sum_probes(light, weights);
+    made->weights = std::move(weights);
+    for (const world::Instance& object : statics.objects)
+        for (const world::Mesh& mesh : object.info->model->meshes)
+            for (const world::Primitive& primitive : mesh.primitives)
+                if (!primitive.light_coordinates.empty())
+                    made->of_primitives.try_emplace(&primitive, use_of(*made, primitive));
+    last_ = made;
+    return made;
+}
+
+}  // namespace camrig::render::software

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "core/render/software/software_model.h"
+#include "core/world/snapshot.h"
+
+namespace camrig::render::software {
+
+/// Baked light of a scene as pixels take it.
+struct BakedPicture {
+    world::BakedLightRef light;
+    std::vector<glm::vec3> weights;  ///< of its layers
+    SoftwareImage map;
+    float scale = 1.0f;  ///< of the map's light
+    std::vector<world::LightProbe> probes;
+    std::map<const world::Primitive*, SampledTexture> of_primitives;  ///< the map, with the coordinates of each
+};
+
+/// The last of them, made when a picture of quality beautiful needs it. Thread: any.
+class BakedPictures {
+public:
+    /// null: the scene has no baked light.
+    std::shared_ptr<const BakedPicture> of(const world::StaticSet& statics);
+
+private:
+    std::mutex mutex_;
+    std::shared_ptr<const BakedPicture> last_;
+};
+
+}  // namespace camrig::render::software

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "core/base/image_size.h"
+
+/// Light that was found before anything is drawn (`camrig bake`, core/bake): how much of what each source sends out
+/// reaches each place of what stands still, over all bounces. It is transport and no light: sources may change their
+/// colour and strength afterwards, and what arrives is a sum over them.
+namespace camrig::world {
+
+struct Scene;
+struct Model;
+
+enum class LightSource : std::uint8_t {
+    sky,     ///< Environment::ambient_sky, from above the horizon, where nothing hides it
+    ground,  ///< Environment::ambient_ground, from below
+    glow,    ///< what is unlit or emissive, as the models have it
+    lamp     ///< one of Scene::lights; of a directional one only what is reflected, its direct light is drawn
+};
+
+/// Light at one place in the open: on a surface with normal n it is mean + along * n. Ramamoorthi and Hanrahan, An
+/// efficient representation for irradiance environment maps, 2001, up to l = 1.
+struct LightProbe {
+    glm::vec3 mean{0.0f};
+    glm::mat3 along{0.0f};  ///< column i: by the i-th coordinate of the normal, world
+
+    LightProbe& operator+=(const LightProbe& other) {
+        mean += other.mean;
+        along += other.along;
+        return *this;
+    }
+    LightProbe scaled(const glm::vec3& by) const;
+};
+
+/// What a source of strength 1 in each channel gives, in units of shading: irradiance over pi.
+struct LightLayer {
+    LightSource source = LightSource::sky;
+    std::size_t lamp = 0;               ///< of LightSource::lamp: into Scene::lights
+    std::vector<std::uint32_t> texels;  ///< of the map, top row first, as glm::packF3x9_E1x5
+    std::vector<LightProbe> probes;     ///< of the grid, x fastest
+};
+
+/// A primitive cut into charts that lie flat in the map: vertices on their borders are there once for each chart.
+struct BakedPrimitive {
+    static constexpr int max_side = 4096;  ///< of its rectangle, in texels
+
+    std::vector<std::uint32_t> vertices;  ///< of the file, for each of its own
+    std::vector<std::uint32_t> indices;
+    std::vector<glm::vec2> coordinates;  ///< of its own vertices in its rectangle of the map, in texels
+    ImageSize size{0, 0};                ///< of that rectangle; 0x0: it takes no part, and is as in the file
+};
+
+/// Where a primitive of a node of an object has its rectangle.
+struct BakedSurface {
+    int node = 0;
+    std::size_t primitive = 0;  ///< among all of the model
+    std::uint16_t x = 0, y = 0;
+    friend bool operator==(const BakedSurface&, const BakedSurface&) = default;
+};
+
+/// An object as it stood then. Elsewhere it has no light of the map.
+struct BakedObject {
+    std::string name;
+    glm::dvec3 position{0.0};
+    glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
+    double scale = 1.0;
+    std::vector<BakedSurface> surfaces;  ///< by node, then primitive
+};
+
+/// Places in the open, at the corners of cubes.
+struct ProbeGrid {
+    glm::dvec3 first{0.0};
+    double spacing_m = 1.0;
+    glm::ivec3 count{0};
+    std::vector<std::uint8_t> is_open;  ///< 0: inside of something
+
+    std::size_t size() const {
+        return static_cast<std::size_t>(count.x) * static_cast<std::size_t>(count.y) *
+               static_cast<std::size_t>(count.z);
+    }
+};
+
+struct BakedModel {
+    std::string name;                        ///< of Scene::models
+    std::vector<BakedPrimitive> primitives;  ///< mesh after mesh
+};
+
+struct BakedLight {
+    std::uint64_t key = 0;  ///< light_key() of the scene that it was made for
+    ImageSize size{0, 0};   ///< of the map
+    std::vector<LightLayer> layers;
+    std::vector<BakedModel> models;
+    std::vector<BakedObject> objects;
+    ProbeGrid grid;
+};
+using BakedLightRef = std::shared_ptr<const BakedLight>;
+
+/// Follows from all that decides where light goes: shapes and materials of what stands still, and where lamps are. Not
+/// from colours and strengths of sources, nor from what moves.
+std::uint64_t light_key(const Scene& scene);
+
+/// The model with its primitives cut; the light's models name it.
+std::shared_ptr<const Model> cut_model(const Model& model, const BakedModel& by);
+
+/// Puts the light into the scene that it was made for: cuts its models.
+void use_baked_light(Scene& scene, BakedLightRef light);
+
+}  // namespace camrig::world

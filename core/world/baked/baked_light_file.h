@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/world/baked/baked_light.h"
+#include "core/world/scene.h"
+
+namespace camrig::world {
+
+/// The file of a scene's light: beside the scene's, with this ending.
+inline constexpr const char* baked_light_ending = ".light";
+inline constexpr std::size_t max_baked_light_bytes = std::size_t{256} << 20;  ///< of a file
+inline constexpr int max_light_map_side = 8192;
+inline constexpr std::size_t max_light_layers = 64;
+inline constexpr std::size_t max_light_probes = 1 << 20;
+
+/// Light as bytes. Texels keep 1/180 of their value, from 2^-14 to 2^16.
+std::vector<std::byte> encode_baked_light(const BakedLight& light);
+
+/// Checked against the scene that it is for, whose models are uncut. Errors: invalid_argument for bytes that are no
+/// light of this scene, and `unsupported` where the scene has changed since.
+Result<BakedLightRef> decode_baked_light(std::span<const std::byte> bytes, const Scene& scene);
+
+/// The same of a file.
+Result<BakedLightRef> read_baked_light(const std::filesystem::path& file, const Scene& scene);
+
+/// What lies beside the scene's file, if anything does, is used from now on. A light that is of another state of the
+/// scene, or damaged, is left alone, and logged: the scene looks as without one.
+void find_baked_light(Scene& scene, const std::filesystem::path& scene_file);
+
+}  // namespace camrig::world

@@ -1,0 +1,133 @@
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/bake/scenes.h"
+
+/// Baked light where the answer is known.
+namespace camrig::bake {
+namespace {
+
+using world::LightSource;
+
+constexpr glm::dvec3 up{0.0, 0.0, 1.0};
+const TestBox ground{"ground", {0, 0, -0.2}, {8, 8, 0.2}, 0.0};
+
+TEST(Bake, OpenGroundHasAllOfTheSkyAndNothingFromBelow) {
+    const auto scene = scene_of({ground});
+    const world::BakedLight light = baked(scene);
+    EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::sky), "ground", {1.3, -2.1, 0}, up).g, 1.0, 0.01);
+    EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::ground), "ground", {1.3, -2.1, 0}, up).g, 0.0,
+                0.001);
+}
+
+TEST(Bake, AtTheFootOfAHighBlackWallHalfOfTheSkyIsLeft) {
+    const auto scene =
+        scene_of({{"ground", {0, 0, -0.2}, {2, 80, 0.2}, 0.0}, {"wall", {1.5, 0, -0.2}, {1, 80, 80}, 0.0}});
+    const world::BakedLight light = baked(scene, {.texels_per_m = 2.0, .rays = 512});
+    const double d = 1.0, h = 79.8;
+    // A wall as long as that, seen from d before it, hides (1 - d / sqrt(d^2 + h^2)) / 2.
+    const double hidden = 0.5 * (1.0 - d / std::hypot(d, h));
+    // Of what comes to the wall, half of the sky, a black surface mirrors a twenty-fifth.
+    EXPECT_NEAR(light_at(scene, light, 0, "ground", {0, 0, 0}, up).g, 1.0 - hidden + 0.04 * 0.5 * hidden, 0.01);
+}
+
+TEST(Bake, InAClosedRoomNoSkyIsSeen) {
+    const auto scene = scene_of(room({3, 4, 2.5}, 0.6));
+    const world::BakedLight light = baked(scene);
+    for (const double x : {-1.4, 0.2, 1.45})
+        EXPECT_LT(light_at(scene, light, 0, "floor", {x, 1.9, 0}, up).g, 1e-3) << x;
+}
+
+TEST(Bake, ALampOverABlackFloorFollowsDistanceAndCosine) {
+    const auto scene = scene_of({ground}, R"(, "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 2]}])");
+    const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 64});
+    const std::size_t layer = layer_of(light, LightSource::lamp);
+    for (const double r : {0.0, 1.0, 2.5})
+        EXPECT_NEAR(light_at(scene, light, layer, "ground", {r, 0, 0}, up).g, 2.0 / std::pow(4.0 + r * r, 1.5), 0.004)
+            << r;
+}
+
+TEST(Bake, ALampsShadowIsDark) {
+    const auto scene = scene_of({ground, {"block", {1, 0, 0}, {0.5, 0.5, 0.5}, 0.0}},
+                                R"(, "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 1]}])");
+    const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 64});
+    const std::size_t layer = layer_of(light, LightSource::lamp);
+    EXPECT_LT(light_at(scene, light, layer, "ground", {1.5, 0, 0}, up).g, 1e-3);
+    EXPECT_GT(light_at(scene, light, layer, "ground", {-1.5, 0, 0}, up).g, 0.1);
+}
+
+TEST(Bake, OfTheSunOnlyWhatIsReflectedIsInTheMap) {
+    // A black floor takes nothing from itself; under a white roof's edge it has what the wall sends.
+    const auto scene =
+        scene_of({ground}, R"(, "lights": [{"name": "sun", "type": "directional", "direction": [0, 0, -1]}])");
+    const world::BakedLight light = baked(scene);
+    EXPECT_LT(light_at(scene, light, layer_of(light, LightSource::lamp), "ground", {0, 0, 0}, up).g, 1e-3);
+    const auto lit = scene_of({{"ground", {0, 0, -0.2}, {8, 8, 0.2}, 0.5}, {"wall", {2, 0, 0}, {1, 8, 4}, 0.0}},
+                              R"(, "lights": [{"name": "sun", "type": "directional", "direction": [0, 0, -1]}])");
+    const world::BakedLight there = baked(lit, {.texels_per_m = 4.0, .rays = 512});
+    // The wall's middle sees the ground of radiance r = 0.48 + 0.04 in the lower half of its view, as far as it goes.
+    const double d = 5.5, h = 1.0, r = 0.5 * 0.96 + 0.04;
+    const double seen = light_at(lit, there, layer_of(there, LightSource::lamp), "wall", {1.5, 0, h}, {-1, 0, 0}).g;
+    EXPECT_NEAR(seen, r * 0.5 * (1.0 - h / std::hypot(d, h)), 0.02);
+}
+
+/// A room that glows: of albedo a and own light e, light is e / (1 - a) everywhere.
+TEST(Bake, AWhiteFurnaceIsAsBrightAsTheSeriesSays) {
+    const auto boxes = room({3, 3, 3}, 0.5);
+    auto scene = std::make_shared<world::Scene>(*scene_of(boxes));
+    for (auto& [name, model] : scene->models) {
+        auto glowing = std::make_shared<world::Model>(*model.model);
+        for (world::Material& material : glowing->materials) material.emissive = glm::vec3(0.25f);
+        model.model = glowing;
+    }
+    const world::BakedLight light = baked(scene, {.texels_per_m = 3.0, .rays = 256, .bounces = 8});
+    const double albedo = 0.5 * 0.96 + 0.04;
+    const double expected = 0.25 / (1.0 - albedo);
+    const std::size_t layer = layer_of(light, LightSource::glow);
+    for (const glm::dvec3 place : {glm::dvec3(0.2, 0.1, 0), glm::dvec3(-1.4, 1.4, 0), glm::dvec3(1.1, -1.45, 0)})
+        EXPECT_NEAR(light_at(scene, light, layer, "floor", place, up).g, expected, 0.02 * expected);
+    // A place in the middle of it is lit so from all sides.
+    for (std::size_t i = 0; i < light.grid.size(); ++i) {
+        if (light.grid.is_open[i] == 0) continue;
+        const world::LightProbe& probe = light.layers[layer].probes[i];
+        EXPECT_NEAR(probe.mean.g, expected, 0.03 * expected) << i;
+        for (glm::length_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(probe.along[axis].g, 0.0, 0.05 * expected) << i;
+    }
+}
+
+TEST(Bake, ProbesInTheOpenHaveSkyAboveAndGroundBelow) {
+    // High over a small block.
+    const auto scene = scene_of({{"block", {0, 0, 0}, {0.2, 0.2, 0.2}, 0.0}});
+    const world::BakedLight light = baked(scene, {.texels_per_m = 4.0, .rays = 64, .probe_spacing_m = 4.0});
+    ASSERT_EQ(light.grid.size(), 1u);
+    const world::LightProbe& sky = light.layers[0].probes[0];
+    EXPECT_NEAR(sky.mean.g, 0.5, 0.01);
+    EXPECT_NEAR(sky.along[2].g, 0.5, 0.02);
+}
+
+TEST(Bake, IsTheSameWithAnyNumberOfThreads) {
+    const auto scene = scene_of({ground, {"block", {1, 0, 0}, {1, 2, 1.5}, 0.7}},
+                                R"(, "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 1]}])");
+    const auto one = encode_baked_light(baked(scene, {.texels_per_m = 4.0, .rays = 64, .threads = 1}));
+    const auto three = encode_baked_light(baked(scene, {.texels_per_m = 4.0, .rays = 64, .threads = 3}));
+    EXPECT_EQ(one, three);
+}
+
+TEST(Bake, EndsWhenItIsTold) {
+    const auto scene = scene_of({ground});
+    const auto light = bake(scene, {.texels_per_m = 4.0, .rays = 64, .progress = [](double) { return false; }});
+    ASSERT_FALSE(light.has_value());
+    EXPECT_EQ(light.error().kind, ErrorKind::unavailable);
+}
+
+TEST(Bake, MapsThatWouldBeTooLargeHaveFewerTexels) {
+    const auto scene = scene_of({ground});
+    const world::BakedLight light = baked(scene, {.texels_per_m = 200.0, .max_side = 256, .rays = 16});
+    EXPECT_LE(light.size.width, 256);
+    EXPECT_LE(light.size.height, 256);
+    EXPECT_GT(light.size.pixels(), 128 * 128);
+}
+
+}  // namespace
+}  // namespace camrig::bake
