@@ -93,6 +93,10 @@ struct Case {
     double k1 = 0.0;
 };
 
+void PrintTo(const Case& of, std::ostream* out) {
+    *out << of.name;
+}
+
 class Coverage : public testing::TestWithParam<Case> {};
 
 TEST_P(Coverage, TheTruthIsInThe95PercentRegionAsOftenAsThat) {
