@@ -196,7 +196,7 @@ class Curve:
 
 
 def judge(detectors: dict[str, Detector], pictures: int) -> dict[str, Curve]:
-    """On the street itself, whose people and cars the training never saw."""
+    """On the street itself: the same people as in the training, but its own walks, cars and shadows."""
     curves = {name: Curve() for name in detectors}
     with report.start("street", mode="lockstep", seed=23) as rig:
         cam = rig.create_camera("held_out", place=PLACE, size=SIZE, fps=25)
