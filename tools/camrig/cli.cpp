@@ -77,6 +77,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
     add_probe_command(app, context);
     add_sensor_command(app, context);
     add_bake_command(app, context);
+    add_plate_commands(app, context);
     add_view_command(app, context, hooks);
     add_protocol_commands(app, context);
     add_python_command(app, context, hooks, "ros2", "camrig.ros2",

@@ -36,6 +36,7 @@ void add_stats_command(CLI::App& app, CliContext& context);
 void add_protocol_commands(CLI::App& app, CliContext& context);
 void add_probe_command(CLI::App& app, CliContext& context);
 void add_sensor_command(CLI::App& app, CliContext& context);
+void add_plate_commands(CLI::App& app, CliContext& context);
 void add_exec_command(CLI::App& app, CliContext& context, const CliHooks& hooks);
 void add_bake_command(CLI::App& app, CliContext& context);
 void add_view_command(CLI::App& app, CliContext& context, const CliHooks& hooks);

@@ -21,6 +21,7 @@ ALLOWED: dict[str, list[str]] = {
     "core/base": [],
     "core/camera": ["core/base"],
     "core/sensor": ["core/base", "core/camera"],
+    "core/photo": ["core/base", "core/camera"],
     "core/fault": ["core/base", "core/camera"],
     "core/world": ["core/base", "core/camera", "core/fault", "core/sensor"],
     "core/frame": ["core/base", "core/fault"],

@@ -40,11 +40,12 @@ def strongest(found: list[tuple[float, Box]]) -> list[tuple[float, Box]]:
 class Detector:
     """Needs OpenCV 4, or 5 with its contrib modules, where that has the detector and its model."""
 
-    def __init__(self, threshold: float) -> None:
+    def __init__(self, threshold: float, model: np.ndarray | None = None) -> None:
+        """model: weights and offset of a linear SVM of one's own, for the same windows; None: the stock one."""
         if not hasattr(cv2, "HOGDescriptor"):
             raise CamrigError("unsupported", f"this OpenCV {cv2.__version__} has no HOG people detector; pip install 'camrig[samples]', or opencv-contrib-python-headless in its place")
         self._hog = cv2.HOGDescriptor()
-        self._hog.setSVMDetector(cv2.HOGDescriptor.getDefaultPeopleDetector())
+        self._hog.setSVMDetector(cv2.HOGDescriptor.getDefaultPeopleDetector() if model is None else model)
         self._threshold = threshold
 
     def __call__(self, image: np.ndarray, view: View) -> list[tuple[float, Box]]:
