@@ -239,8 +239,8 @@ Result<Image> LibavDecoder::picture(const FilmIndex& index, std::size_t number) 
     const std::int64_t time = index.times[number];
     const auto after = std::ranges::upper_bound(index.starts, time);
     const std::int64_t start = after == index.starts.begin() ? index.times.front() : *(after - 1);
-    const bool is_ahead =
-        last_time_ && *last_time_ < time && (start <= *last_time_ || *last_time_ == index.times[number - 1]);
+    const bool is_ahead = last_time_ && *last_time_ < time &&
+                          (start <= *last_time_ || (number > 0 && *last_time_ == index.times[number - 1]));
     if (!is_ahead || !find(time)) {
         if (auto good = seek(start); !good) return std::unexpected(good.error());
         if (!find(time)) {

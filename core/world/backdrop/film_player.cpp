@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <spdlog/spdlog.h>
 
+#include "core/base/out_of_memory.h"
 #include "core/world/backdrop/scale_picture.h"
 
 namespace camrig::world {
@@ -70,20 +71,28 @@ void FilmPlayer::ask_for(TimeNs world_ns) {
 
 FilmShot FilmPlayer::at(TimeNs world_ns, bool is_exact) {
     const std::lock_guard lock(mutex_);
-    if (const auto known = std::ranges::find(asked_, world_ns, &Asked::world_ns); known != asked_.end()) {
-        if (known->shot.picture == nullptr)
-            if (const Held* const one = held(known->shot.frame)) known->shot.picture = one->picture;
+    // What was waited for is there by now.
+    for (Asked& earlier : asked_)
+        if (const Held* const one = held(earlier.shot.frame); one != nullptr && earlier.shot.picture == nullptr)
+            earlier.shot.picture = one->picture;
+    if (const auto known = std::ranges::find(asked_, world_ns, &Asked::world_ns); known != asked_.end())
         return known->shot;
-    }
     ask_for(world_ns);
-    FilmShot shot{.frame = frame_at(world_ns), .late = late_, .picture = nullptr};
-    if (const Held* const one = held(shot.frame)) {
+    const std::int64_t due = frame_at(world_ns);
+    FilmShot shot{.frame = due, .late = late_, .picture = nullptr};
+    if (const Held* const one = held(due)) {
         shot.picture = one->picture;
-    } else if (!is_exact && !asked_.empty() && asked_.back().shot.picture != nullptr) {
-        shot = asked_.back().shot;
-        shot.late = ++late_;
+    } else if (!is_exact) {
+        // What has become ready since counts as the last one.
+        for (auto earlier = asked_.rbegin(); earlier != asked_.rend() && shot.picture == nullptr; ++earlier) {
+            if (const Held* const other = held(earlier->due))
+                shot = {.frame = other->frame, .late = 0, .picture = other->picture};
+            else if (earlier->shot.picture != nullptr)
+                shot = earlier->shot;
+        }
+        if (shot.picture != nullptr) shot.late = ++late_;
     }
-    asked_.push_back({world_ns, shot});
+    asked_.push_back({world_ns, due, shot});
     if (asked_.size() > max_asked) asked_.pop_front();
     return shot;
 }
@@ -138,17 +147,17 @@ void FilmPlayer::run() {
         const std::int64_t frame = missing();
         std::shared_ptr<const Image> picture = last_;
         lock.unlock();
-        Result<Image> decoded = [&]() -> Result<Image> {
+        Result<Image> decoded = or_out_of_memory("decoding a film", [&]() -> Result<Image> {
             if (decoder == nullptr) {
                 auto opened = FilmDecoder::open(file_->path);
                 if (!opened) return std::unexpected(opened.error());
                 decoder = std::move(*opened);
             }
-            return decoder->picture(file_->index, static_cast<std::size_t>(frame));
-        }();
+            auto made = decoder->picture(file_->index, static_cast<std::size_t>(frame));
+            return made && made->size != size_ ? scaled_picture(*made, size_) : std::move(made);
+        });
         if (decoded) {
-            picture = std::make_shared<const Image>(decoded->size == size_ ? std::move(*decoded)
-                                                                           : scaled_picture(*decoded, size_));
+            picture = std::make_shared<const Image>(std::move(*decoded));
         } else if (!has_told) {
             has_told = true;
             spdlog::warn("{}: {}; the picture before it is shown", file_->path.string(), decoded.error().message);

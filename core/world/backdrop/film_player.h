@@ -54,6 +54,7 @@ private:
     };
     struct Asked {
         TimeNs world_ns;
+        std::int64_t due;
         FilmShot shot;
     };
     const Held* held(std::int64_t frame) const;

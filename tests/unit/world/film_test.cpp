@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <turbojpeg.h>
 
+#include "core/world/backdrop/backdrop.h"
 #include "core/world/backdrop/film_player.h"
 
 namespace camrig::world::film_test {
@@ -124,6 +125,30 @@ TEST_F(Film, WhatIsNoFilmIsSaidSo) {
     EXPECT_THAT(message("ffconcat version 1.0\nfile /etc/passwd\n"), HasSubstr("no film that is read here"));
     std::filesystem::remove(path_);
     EXPECT_THAT(read_film(path_).error().message, HasSubstr("no such file"));
+}
+
+/// What takes time is done by who reads the file, not by who makes the camera.
+TEST_F(Film, APlateIsScaledWhereItIsRead) {
+    std::filesystem::resize_file(path_, std::filesystem::file_size(path_) / pictures);
+    CameraPatch patch;
+    patch.size = ImageSize{16, 8};
+    patch.backdrop.emplace(BackdropSpec{});
+    BackdropSpec& spec = **patch.backdrop;
+    spec.file = path_.string();
+    spec.proxies.ground.emplace().polygon_m = {{1, -9}, {30, -9}, {30, 9}};
+    const auto loaded = load_backdrop(patch, {});
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_NE(spec.files->scaled, nullptr);
+    EXPECT_EQ(spec.files->scaled->size, *patch.size);
+    CameraSpec base;
+    base.name = "gate";
+    base.pose.position.z = 3.0;
+    const auto camera = patch_camera_spec(base, patch);
+    ASSERT_TRUE(camera) << camera.error().message;
+    EXPECT_EQ(camera->backdrop_here->picture({}), spec.files->scaled);
+    CameraPatch larger;
+    larger.size = ImageSize{64, 32};
+    EXPECT_EQ(patch_camera_spec(*camera, larger).value().backdrop_here->picture({})->size, *larger.size);
 }
 
 }  // namespace
