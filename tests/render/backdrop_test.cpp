@@ -486,7 +486,9 @@ TEST(Panorama, ShowsInEachPixelWhatLiesInItsDirection) {
                     frame::FrameRef last;
                     for (int n = 0; n < 3; ++n) {
                         const auto frame = drawn(*by, empty, seen).front();
-                        if (last) ASSERT_TRUE(std::ranges::equal(last->bytes(), frame->bytes()));
+                        if (last) {
+                            ASSERT_TRUE(std::ranges::equal(last->bytes(), frame->bytes()));
+                        }
                         last = frame;
                     }
                     for (int y = 0; y < 121; ++y) {

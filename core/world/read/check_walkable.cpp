@@ -80,17 +80,15 @@ std::optional<Error> find_unwalkable(const Scene& scene) {
                      said + ": more than " + std::to_string(max_walkable_corners) + " corners in all cameras"};
     if (ground.empty()) return std::nullopt;
     const auto check = [&](const std::string& path, const auto& points, bool is_closed) -> std::optional<Error> {
-        for (std::size_t i = 0; i < points.size(); ++i) {
-            const std::string place = item_path(path, i);
+        const std::string what = " what is walkable (" + said + "); move it, or add ground there";
+        for (std::size_t i = 0; i < points.size(); ++i)
             if (!is_walkable(ground, glm::dvec2(points[i])))
-                return Error{ErrorKind::invalid_argument,
-                             place + ": is outside of what is walkable (" + said + "); move it, or add ground there"};
-            if (i + 1 == points.size() && !is_closed) break;
+                return Error{ErrorKind::invalid_argument, item_path(path, i) + ": is outside of" + what};
+        const std::size_t ways = is_closed || points.empty() ? points.size() : points.size() - 1;
+        for (std::size_t i = 0; i < ways; ++i)
             if (!is_way_walkable(ground, glm::dvec2(points[i]), glm::dvec2(points[(i + 1) % points.size()])))
-                return Error{ErrorKind::invalid_argument, place +
-                                                              ": the way to the next point leaves what is walkable (" +
-                                                              said + "); move it, or add ground there"};
-        }
+                return Error{ErrorKind::invalid_argument,
+                             item_path(path, i) + ": the way to the next point leaves" + what};
         return std::nullopt;
     };
     for (const auto& [name, route] : scene.routes)

@@ -114,7 +114,7 @@ TEST(Backdrop, WhatIsWrongIsToldWithItsPlace) {
     const Case cases[] = {
         {R"({"proxies": {}})", "", "backdrop.file: is missing"},
         {R"({"file": "gate.png"})", "", "backdrop.proxies: there are none"},
-        {R"({"file": "gate.png", "kind": "film"})", "", "backdrop.kind: "},
+        {R"({"file": "gate.png", "kind": "movie"})", "", "backdrop.kind: "},
         {proxies(R"("ground": {"z": 1})"), "", "backdrop.proxies.ground: give one of polygon_m and polygon_px"},
         {proxies(R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]], "z": 4})"), "",
          "backdrop.proxies.ground.z: is not below the camera"},
@@ -269,7 +269,7 @@ TEST(Backdrop, RoutesStayOnWhatIsWalkable) {
         const auto wrong = find_unwalkable(scene);
         return wrong ? wrong->message : std::string();
     };
-    EXPECT_EQ(message({{1, 1, 0}, {9, 3, 0}, {13, 1, 0}}), "") << "over the side that they share";
+    EXPECT_EQ(message({{1, 1, 0}, {9, 1, 0}, {13, 1, 0}}), "") << "over the side that they share";
     EXPECT_EQ(message({{0, 0, 0}, {10, 0, 0}, {10, 4, 0}, {0, 4, 0}}, true), "") << "along the border";
     EXPECT_EQ(
         message({{1, 1, 0}, {5, 4.1, 0}}),
@@ -284,7 +284,7 @@ TEST(Backdrop, RoutesStayOnWhatIsWalkable) {
                 StartsWith("routes.across.points[2]: the way to the next point"))
         << "a closed one comes back";
     scene.routes.clear();
-    scene.areas = {{"yard", {.points = {{1, 1}, {9, 1}, {9, 5}}}}};
+    scene.areas["yard"].points = {{1, 1}, {9, 1}, {9, 5}};
     EXPECT_THAT(find_unwalkable(scene).value().message, StartsWith("areas.yard.points[1]: the way to the next point"));
     scene.cameras.resize(1);
     EXPECT_FALSE(find_unwalkable(scene)) << "nobody said anything";

@@ -35,9 +35,9 @@ protected:
                                                  static_cast<std::uint8_t>(code_of(n)));
             unsigned char* made = nullptr;
             unsigned long bytes = 0;
-            ASSERT_EQ(
-                tjCompress2(jpeg, gray.data(), size.width, 0, size.height, TJPF_GRAY, &made, &bytes, TJSAMP_420, 95, 0),
-                0);
+            ASSERT_EQ(tjCompress2(jpeg, gray.data(), size.width, 0, size.height, TJPF_GRAY, &made, &bytes, TJSAMP_GRAY,
+                                  95, 0),
+                      0);
             out.write(reinterpret_cast<const char*>(made), static_cast<std::streamsize>(bytes));
             tjFree(made);
         }
