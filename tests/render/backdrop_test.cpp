@@ -482,7 +482,7 @@ TEST(Panorama, ShowsInEachPixelWhatLiesInItsDirection) {
                     const glm::dmat3 turn = camera::world_from_optical_rotation(view.pose);
                     const auto by = drawer(2);
                     const camera::CameraModel model = camera.model();
-                    int most = 0;
+                    int most = 0, compared = 0;
                     frame::FrameRef last;
                     for (int n = 0; n < 3; ++n) {
                         const auto frame = drawn(*by, empty, seen).front();
@@ -500,11 +500,18 @@ TEST(Panorama, ShowsInEachPixelWhatLiesInItsDirection) {
                                 ASSERT_EQ(got[0] + got[1] + got[2], 0) << "the lens sees nothing";
                                 continue;
                             }
-                            const glm::dvec3 light = light_towards(picture, turn * *ray, yaw);
+                            const glm::dvec3 towards = glm::normalize(turn * *ray);
+                            // Nearer to a pole pixels of the panorama are smaller than the view's.
+                            if (std::hypot(towards.x, towards.y) <
+                                2.0 * 64.0 / (2.0 * std::numbers::pi) / camera.focal_px)
+                                continue;
+                            const glm::dvec3 light = light_towards(picture, towards, yaw);
+                            ++compared;
                             for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(got[c] - srgb_code(light[c])));
                             ASSERT_EQ(got[3], 255);
                         }
                     }
+                    EXPECT_GT(compared, 5000);
                     EXPECT_LE(most, 1) << looking.name << " at zoom " << zoom << ", pan " << turned.x << ", yaw "
                                        << yaw;
                 }
@@ -718,7 +725,7 @@ TEST(Plate, WhatMovesIsAsSoftAsTold) {
             }
         }
         EXPECT_LE(most, 1) << sigma;
-        EXPECT_GT(changed, 1000);
+        EXPECT_GT(changed, 500);
     }
 }
 }  // namespace

@@ -80,7 +80,8 @@ int turned_deg(const AVStream& stream) {
 
 Result<void> check(const AVStream& stream) {
     const AVCodecParameters& of = *stream.codecpar;
-    if (of.width < 1 || of.height < 1 || of.width > max_side || of.height > max_side)
+    if (of.width < 1 || of.height < 1) return no_film("no film that is read here: it has no pictures");
+    if (of.width > max_side || of.height > max_side)
         return no_film("a film of " + std::to_string(of.width) + "x" + std::to_string(of.height) +
                        "; at most 8192x8192 is read");
     if (const int turned = turned_deg(stream); turned != 0)
