@@ -525,7 +525,7 @@ TEST(Panorama, IsTheMeanOfWhatLiesInAPixelWhereItIsFiner) {
     world::Image picture{.size = {4096, 2048}, .rgba = {}};
     for (int y = 0; y < 2048; ++y)
         for (int x = 0; x < 4096; ++x) picture.rgba.insert(picture.rgba.end(), 4, (x + y) % 2 == 0 ? 255 : 0);
-    const TestCamera camera{.size = {96, 64}, .focal_px = 60.0};
+    const TestCamera camera{.eye = {0, 0, 1.6}, .size = {96, 64}, .focal_px = 60.0};
     const auto by = drawer();
     const auto frame = drawn(*by, TestWorld{}.snapshot(), with_panorama(camera.view(), picture, 0.0)).front();
     int low = 255, high = 0;
