@@ -196,6 +196,10 @@ std::vector<Method> truth_methods(RpcContext& context) {
               {"depth_source", "string",
                "`render`: depth is that of what is drawn; `proxy`: where a backdrop shows, that of its proxies"},
               {"backdrop", "object or null", "of a camera with a backdrop: its kind and file"},
+              {"backdrop_frame", "integer or null", "of a camera with a film: which of its pictures shows, from 0"},
+              {"backdrop_late", "integer or null",
+               "of the same: how many instants so far were shown an earlier picture than theirs, because it was not "
+               "decoded in time; always 0 in lockstep"},
               {"ignore", "array of objects",
                "where the backdrop shows people and vehicles that are not in `objects`: polygon_px in pixels of "
                "this frame, class"},

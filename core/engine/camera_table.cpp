@@ -214,7 +214,8 @@ world::CameraPatch replug_patch(const world::CameraSpec& spec, const fault::Unpl
 
 Result<fault::FaultRef> CameraTable::set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
                                                TimeNs now_ns) {
-    if (entry.spec().backdrop && fault::layer_of(spec.kind) == fault::Layer::body)
+    if (entry.spec().backdrop && !entry.spec().backdrop->is_panorama() &&
+        fault::layer_of(spec.kind) == fault::Layer::body)
         return error(
             ErrorKind::unsupported,
             "kind: camera " + *entry.name +

@@ -88,6 +88,7 @@ Result<TruthMade> truth_of(render::Renderer& renderer, const DueViews& due,
                              .clock = pictures.instance->info().clock,
                              .sensor = pictures.instance->info().sensor,
                              .faults = view.faults,
+                             .film = view.film,
                              .sequence = view.sequence,
                              .monotonic_ns = due.monotonic_ns},
                             *shown.snapshot, pictures, find_silhouettes, &standing);

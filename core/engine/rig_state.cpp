@@ -6,6 +6,7 @@
 
 #include "core/base/clock.h"
 #include "core/fault/picture.h"
+#include "core/world/backdrop/backdrop.h"
 
 namespace camrig::engine {
 namespace {
@@ -65,6 +66,8 @@ render::View RigState::view_of(const CameraEntry& entry, const LatestDue& latest
     view.sensor = entry.sensor;
     view.past = latest.past;
     view.faults = latest.faults;
+    if (latest.spec->backdrop_here != nullptr && latest.spec->backdrop_here->film != nullptr)
+        view.film = latest.spec->backdrop_here->film->at(latest.snapshot->world_ns, options.mode == RunMode::lockstep);
     if (latest.faults && fault::changes_picture(*latest.faults))
         view.failing = std::make_shared<const render::FailingPicture>(
             render::FailingPicture{.faults = latest.faults, .torn_with = torn_with(entry, latest)});

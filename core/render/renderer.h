@@ -14,6 +14,7 @@
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
 #include "core/sensor/camera_sensor.h"
+#include "core/world/backdrop/film_player.h"
 #include "core/world/camera_future.h"
 #include "core/world/camera_past.h"
 #include "core/world/camera_spec.h"
@@ -50,7 +51,8 @@ struct View {
     std::shared_ptr<const world::CameraPast> past;
     world::Quality quality = world::Quality::simple;
     std::int64_t sequence = 0;
-    std::uint32_t camera_number = 0;  ///< what the code strip carries
+    std::uint32_t camera_number = 0;           ///< what the code strip carries
+    std::optional<world::FilmShot> film = {};  ///< of a camera with a film: what of it shows; nullopt: that of its time
     /// Where flow is wanted: what comes until the camera's next frame, which is so much later.
     std::shared_ptr<world::CameraFuture> future = {};
     TimeNs frame_ns = 0;

@@ -391,6 +391,7 @@ Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& sn
     truth.believed_pose = view.believed_pose;
     truth.head = view.head;
     truth.faults = view.faults;
+    if (view.film) truth.film = {view.film->frame, view.film->late};
 
     TruthMaker maker(view, *camera, pictures);
     for (const auto* instances : {&snapshot.statics->objects, &snapshot.movers}) {

@@ -8,6 +8,7 @@
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
 #include "core/truth/truth.h"
+#include "core/world/backdrop/film_player.h"
 #include "core/world/camera_past.h"
 #include "core/world/snapshot.h"
 
@@ -31,6 +32,7 @@ struct TruthView {
     std::optional<ClockReading> clock = {};
     std::optional<SensorReading> sensor = {};
     fault::FrameFaultsRef faults = {};
+    std::optional<world::FilmShot> film = {};
     std::int64_t sequence = 0;
     TimeNs monotonic_ns = 0;
 };

@@ -63,6 +63,12 @@ struct ObjectTruth {
     std::vector<Keypoint> keypoints;             ///< the 17 of COCO in their order; empty without them
 };
 
+/// What of a film a frame shows.
+struct FilmTruth {
+    std::int64_t frame = 0;  ///< of the film, from 0
+    std::int64_t late = 0;   ///< how many instants so far were shown an earlier one than theirs
+};
+
 /// The truth of one frame of one camera.
 struct TruthOfFrame {
     std::string camera;
@@ -80,6 +86,7 @@ struct TruthOfFrame {
     fault::FrameFaultsRef faults;                   ///< of a camera that fails; null: nothing does
     std::optional<std::string_view> not_drawn;      ///< why no reader was given it: a name of stream::DropReason
     std::shared_ptr<const world::CameraSpec> spec;  ///< of the camera
+    std::optional<FilmTruth> film;                  ///< of a camera with one
     std::map<std::uint32_t, std::string> classes;   ///< by number, of everything in the world
     std::vector<std::int64_t> ground;               ///< that it sees, where asked for: seen_ground()
     std::vector<ObjectTruth> objects;               ///< that the camera sees or would see alone, by rising id

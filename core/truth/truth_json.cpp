@@ -124,6 +124,8 @@ void add_backdrop(const TruthOfFrame& truth, json& to) {
     to["backdrop"] = here != nullptr
                          ? json{{"kind", to_string(truth.spec->backdrop->kind)}, {"file", truth.spec->backdrop->file}}
                          : json(nullptr);
+    to["backdrop_frame"] = truth.film ? json(truth.film->frame) : json(nullptr);
+    to["backdrop_late"] = truth.film ? json(truth.film->late) : json(nullptr);
     to["ignore"] = json::array();
     if (here == nullptr) return;
     for (const world::IgnoredRegion& region : here->ignore) {

@@ -71,19 +71,24 @@ Result<void> check_pose(const camera::Pose& pose) {
     return {};
 }
 
+bool is_soft_or_noisy(const BackdropSpec& backdrop) {
+    return backdrop.edge_px > 0.0 || backdrop.noise;
+}
+
 /// A plate is true from one place, through one lens.
 Result<void> check_backdrop(const CameraSpec& spec) {
     if (!spec.backdrop) return {};
     const auto refuse = [](const std::string& why) { return std::unexpected(Error{ErrorKind::unsupported, why}); };
+    const bool may_turn = spec.backdrop->is_panorama();
     if (spec.mount)
         return refuse("mount: a camera with a backdrop stands still, because its picture is true from one place only");
-    if (spec.ptz)
+    if (spec.ptz && !may_turn)
         return refuse(
             "ptz: a camera with a backdrop stands still, because its picture shows what was before it at one pan, tilt "
-            "and zoom; leave out one of both");
+            "and zoom; leave out one of both, or give it a panorama");
     if (spec.sensor)
         return refuse("sensor: the picture of a backdrop went through a sensor already; leave out one of both");
-    if (spec.zoom != spec.optics_zoom)
+    if (spec.zoom != spec.optics_zoom && !may_turn)
         return refuse("zoom: a camera with a backdrop has the zoom that its picture was taken with");
     if (spec.lens_sampling != LensSampling{})
         return refuse("lens.method: people are drawn into a backdrop through the lens itself (method auto)");
@@ -91,6 +96,8 @@ Result<void> check_backdrop(const CameraSpec& spec) {
     if (spec.antialias != Antialias::automatic && spec.antialias != Antialias::none &&
         !(spec.antialias == Antialias::coverage && is_pinhole))
         return refuse("antialias: with a backdrop it is auto, none or, without a lens, coverage");
+    if (spec.antialias == Antialias::coverage && is_soft_or_noisy(*spec.backdrop))
+        return refuse("antialias: coverage has edges of its own; leave out backdrop.edge_px and backdrop.noise, or it");
     return {};
 }
 
@@ -125,8 +132,11 @@ void assign_if(const std::optional<From>& from, To& to) {
 
 Antialias antialias_of(const CameraSpec& spec, Quality quality) {
     if (spec.antialias != Antialias::automatic) return spec.antialias;
-    // Of pictures through a lens coverage is not drawn by what draws backdrops.
-    if (spec.backdrop && spec.lens.model != camera::LensModel::pinhole) return Antialias::none;
+    // Of pictures through a lens coverage is not drawn by what draws backdrops; what a film shows changes, so that
+    // nothing of areas could be kept.
+    if (spec.backdrop && (spec.lens.model != camera::LensModel::pinhole || spec.backdrop->kind == BackdropKind::film ||
+                          is_soft_or_noisy(*spec.backdrop)))
+        return Antialias::none;
     // Above 4 megapixels pixels are small enough for what several samples of each (lenses, GPUs) would take of memory.
     constexpr std::int64_t most_pixels = std::int64_t{1} << 22;
     return quality == Quality::beautiful && spec.size.pixels() <= most_pixels ? Antialias::coverage : Antialias::none;
@@ -164,7 +174,7 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     intrinsics->fx *= spec.zoom / spec.optics_zoom;
     intrinsics->fy *= spec.zoom / spec.optics_zoom;
     if (spec.backdrop && spec.backdrop->intrinsics && spec.backdrop->files)
-        *intrinsics = scaled(*spec.backdrop->intrinsics, spec.backdrop->files->picture.size, spec.size);
+        *intrinsics = scaled(*spec.backdrop->intrinsics, spec.backdrop->files->size(), spec.size);
     if (auto good = check_intrinsics(spec.size, *intrinsics); !good) return std::unexpected(good.error());
     spec.intrinsics = *intrinsics;
     const bool same_optics = spec.lens == base.lens && spec.lens_sampling == base.lens_sampling &&

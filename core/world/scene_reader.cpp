@@ -9,6 +9,7 @@
 #include "core/world/model_lights.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/check_names.h"
+#include "core/world/read/check_walkable.h"
 #include "core/world/read/event_json.h"
 #include "core/world/read/ground_json.h"
 #include "core/world/read/light_json.h"
@@ -147,6 +148,7 @@ void SceneReader::check_references() {
         check(check_event(scene_.events[i], names, item_path("events", i)));
         check(check_event_loop(scene_.events[i], scene_.events, item_path("events", i)));
     }
+    if (auto wrong = find_unwalkable(scene_)) reader_.fail(std::move(*wrong));
 }
 
 Result<CameraSpec> SceneReader::read_camera(JsonReader& reader) const {

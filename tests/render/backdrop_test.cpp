@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -41,13 +43,15 @@ View all_kinds(View view) {
 }
 
 /// The view with this picture behind what moves.
-View with_plate(View view, world::Image picture, const world::ProxiesSpec& proxies) {
+View with_plate(View view, world::Image picture, const world::ProxiesSpec& proxies,
+                const std::function<void(world::BackdropSpec&)>& change = {}) {
     auto spec = std::make_shared<world::CameraSpec>(*view.spec);
     spec->pose = view.pose;
     auto files = std::make_shared<world::BackdropFiles>();
     files->picture = std::move(picture);
     spec->backdrop.emplace().proxies = proxies;
     spec->backdrop->files = files;
+    if (change) change(*spec->backdrop);
     auto made = make_backdrop(*spec);
     if (!made) throw std::runtime_error(made.error().message);
     spec->backdrop_here = *made;
@@ -418,5 +422,311 @@ TEST(Plate, ObjectsOfTheSceneAreDrawnIntoItOrNotThere) {
     }
 }
 
+/// The view before this panorama, with the ground of its yard.
+View with_panorama(View view, world::Image picture, double yaw_deg) {
+    auto spec = std::make_shared<world::CameraSpec>(*view.spec);
+    spec->pose = view.pose;
+    auto files = std::make_shared<world::BackdropFiles>();
+    files->panorama = world::make_panorama(std::move(picture)).value();
+    world::BackdropSpec& backdrop = spec->backdrop.emplace();
+    backdrop.kind = world::BackdropKind::panorama;
+    backdrop.yaw_deg = yaw_deg;
+    backdrop.proxies.scene = SceneInBackdrop::hidden;
+    backdrop.proxies.ground.emplace().polygon_m = {{-30, -30}, {30, -30}, {30, 30}, {-30, 30}};
+    backdrop.files = files;
+    auto made = make_backdrop(*spec);
+    if (!made) throw std::runtime_error(made.error().message);
+    spec->backdrop_here = *made;
+    view.spec = spec;
+    view.spec_revision += 1'000'000;
+    return view;
+}
+
+/// Of a panorama, bilinear in linear light, what shows in that direction of the world.
+glm::dvec3 light_towards(const world::Image& panorama, const glm::dvec3& d, double yaw_deg) {
+    const auto [width, height] = panorama.size;
+    const double pi = std::numbers::pi;
+    const double azimuth = std::atan2(d.y, d.x) - glm::radians(yaw_deg);
+    const double u = (0.5 - azimuth / (2.0 * pi)) * width - 0.5;
+    const double v = (0.5 - std::atan2(d.z, std::hypot(d.x, d.y)) / pi) * height - 0.5;
+    const int x = static_cast<int>(std::floor(u)), y = static_cast<int>(std::floor(v));
+    const auto at = [&](int column, int row) {
+        // Beyond a pole is what lies half around.
+        if (row < 0 || row >= height) column += width / 2;
+        row = row < 0 ? 0 : std::min(row, height - 1);
+        return light_at(panorama, ((column % width) + width) % width, row);
+    };
+    const double a = u - x, b = v - y;
+    return (1 - b) * ((1 - a) * at(x, y) + a * at(x + 1, y)) + b * ((1 - a) * at(x, y + 1) + a * at(x + 1, y + 1));
+}
+
+TEST(Panorama, ShowsInEachPixelWhatLiesInItsDirection) {
+    const world::Image picture = noise({64, 32});
+    const world::SnapshotRef empty = TestWorld{}.snapshot();
+    for (const Looking& looking : lenses()) {
+        for (const double zoom : {1.0, 4.0, 25.0}) {
+            for (const glm::dvec2 turned :
+                 {glm::dvec2(0, 0), glm::dvec2(175, 20), glm::dvec2(-100, -89), glm::dvec2(33, 88)}) {
+                TestCamera camera{.eye = {3.0, -2.0, 1.6},
+                                  .size = {163, 121},
+                                  .focal_px = looking.focal_px * zoom,
+                                  .lens = looking.lens,
+                                  .quality = world::Quality::simple};
+                View view = camera.view();
+                view.pose =
+                    camera::pose_from_angles(
+                        camera.eye, {.pan = glm::radians(turned.x), .tilt = glm::radians(turned.y), .roll = 0.1})
+                        .value();
+                for (const double yaw : {0.0, 77.0}) {
+                    const View seen = with_panorama(view, picture, yaw);
+                    const glm::dmat3 turn = camera::world_from_optical_rotation(view.pose);
+                    const auto by = drawer(2);
+                    const camera::CameraModel model = camera.model();
+                    int most = 0, compared = 0;
+                    frame::FrameRef last;
+                    for (int n = 0; n < 3; ++n) {
+                        const auto frame = drawn(*by, empty, seen).front();
+                        if (last) {
+                            ASSERT_TRUE(std::ranges::equal(last->bytes(), frame->bytes()));
+                        }
+                        last = frame;
+                    }
+                    for (int y = 0; y < 121; ++y) {
+                        for (int x = 0; x < 163; ++x) {
+                            const auto* const got =
+                                reinterpret_cast<const std::uint8_t*>(last->bytes().data()) + 4 * (y * 163 + x);
+                            const auto ray = model.ray({x, y});
+                            if (!ray) {
+                                ASSERT_EQ(got[0] + got[1] + got[2], 0) << "the lens sees nothing";
+                                continue;
+                            }
+                            const glm::dvec3 towards = glm::normalize(turn * *ray);
+                            // Nearer to a pole pixels of the panorama are smaller than the view's.
+                            if (std::hypot(towards.x, towards.y) <
+                                2.0 * 64.0 / (2.0 * std::numbers::pi) / camera.focal_px)
+                                continue;
+                            const glm::dvec3 light = light_towards(picture, towards, yaw);
+                            ++compared;
+                            for (int c = 0; c < 3; ++c) most = std::max(most, std::abs(got[c] - srgb_code(light[c])));
+                            ASSERT_EQ(got[3], 255);
+                        }
+                    }
+                    EXPECT_GT(compared, 5000);
+                    EXPECT_LE(most, 1) << looking.name << " at zoom " << zoom << ", pan " << turned.x << ", yaw "
+                                       << yaw;
+                }
+            }
+        }
+    }
+}
+
+/// Nothing of a pattern is left that is finer than the pixels: the mean of its light is.
+TEST(Panorama, IsTheMeanOfWhatLiesInAPixelWhereItIsFiner) {
+    world::Image picture{.size = {4096, 2048}, .rgba = {}};
+    for (int y = 0; y < 2048; ++y)
+        for (int x = 0; x < 4096; ++x) picture.rgba.insert(picture.rgba.end(), 4, (x + y) % 2 == 0 ? 255 : 0);
+    const TestCamera camera{.eye = {0, 0, 1.6}, .size = {96, 64}, .focal_px = 60.0};
+    const auto by = drawer();
+    const auto frame = drawn(*by, TestWorld{}.snapshot(), with_panorama(camera.view(), picture, 0.0)).front();
+    int low = 255, high = 0;
+    for (std::size_t i = 0; i < frame->bytes().size(); i += 4) {
+        low = std::min(low, std::to_integer<int>(frame->bytes()[i]));
+        high = std::max(high, std::to_integer<int>(frame->bytes()[i]));
+    }
+    EXPECT_GE(low, srgb_code(0.5) - 2);
+    EXPECT_LE(high, srgb_code(0.5) + 2);
+}
+
+TEST(Panorama, HasPeopleWithTruthBeforeItHoweverTheHeadIsTurned) {
+    const world::Image picture = noise({64, 32});
+    for (const world::Quality quality : qualities) {
+        const auto by = drawer(2), bare = drawer(1, 0), full = drawer();
+        for (int n = 0; n < 6; ++n) {
+            TestCamera camera{.eye = {0, 0, 1.6}, .size = {163, 121}, .focal_px = 120.0, .quality = quality};
+            View view = camera.view();
+            // Turned between the pictures, but for the last three.
+            view.pose =
+                camera::pose_from_angles(camera.eye, {.pan = 0.1 * std::min(n, 3) - 0.2, .tilt = -0.1, .roll = 0})
+                    .value();
+            TestWorld world;
+            world.lights = yard().lights;
+            world.movers = walked({}, -1.0 + 0.3 * n).movers;
+            const View seen = all_kinds(with_panorama(view, picture, 10.0));
+            const auto moment = world.snapshot();
+            const auto a = drawn(*by, moment, seen), b = drawn(*bare, moment, seen);
+            for (std::size_t k = 0; k < a.size(); ++k)
+                EXPECT_TRUE(std::ranges::equal(a[k]->bytes(), b[k]->bytes())) << to_string(quality) << n;
+            // Ids and classes are those of a view of the same people and nothing else.
+            const auto alone = drawn(*full, moment, all_kinds(view));
+            EXPECT_TRUE(std::ranges::equal(a[2]->bytes(), alone[2]->bytes()));
+            const auto is_person = [&](std::size_t i) {
+                std::uint32_t id = 0;
+                std::memcpy(&id, a[2]->bytes().data() + 4 * i, 4);
+                return id == person_id;
+            };
+            int people = 0;
+            for (std::size_t i = 0; i < 163 * 121; ++i) people += is_person(i);
+            EXPECT_GT(people, 300);
+        }
+    }
+}
+
+/// Somebody alone before the yard's plate, and which pixels show it.
+struct Matched {
+    TestCamera camera{.eye = {0.0, 0.3, 1.6}, .size = {163, 121}, .focal_px = 110.0};
+    world::Image picture = noise(camera.size);
+    std::shared_ptr<world::Snapshot> moment;
+
+    explicit Matched(world::Quality quality = world::Quality::simple) {
+        camera.quality = quality;
+        TestWorld world = walked(yard(), -0.4);
+        world.movers.resize(1);
+        moment = std::make_shared<world::Snapshot>(*world.snapshot());
+    }
+    View view(const std::function<void(world::BackdropSpec&)>& change = {}) const {
+        return all_kinds(with_plate(camera.view(), picture, scene_is(SceneInBackdrop::proxies), change));
+    }
+    std::vector<frame::FrameRef> draw(const std::function<void(world::BackdropSpec&)>& change = {}) const {
+        const auto by = drawer();
+        return drawn(*by, moment, view(change));
+    }
+    static bool shows(const std::vector<frame::FrameRef>& frames, std::size_t pixel) {
+        std::uint32_t id = 0;
+        std::memcpy(&id, frames[2]->bytes().data() + 4 * pixel, 4);
+        return id == person_id;
+    }
+    std::size_t pixels() const { return static_cast<std::size_t>(camera.size.pixels()); }
+    static int code(const frame::FrameRef& frame, std::size_t pixel, std::size_t channel) {
+        return std::to_integer<int>(frame->bytes()[4 * pixel + channel]);
+    }
+};
+
+/// The same bytes with any number of threads, with and without what is kept.
+void expect_same_always(const Matched& matched, const std::function<void(world::BackdropSpec&)>& change) {
+    const auto expected = matched.draw(change);
+    const View view = matched.view(change);
+    const auto a = drawer(2), b = drawer(3), c = drawer(1, 0);
+    for (int n = 0; n < 4; ++n)
+        for (software::SoftwareDrawer* const by : {a.get(), b.get(), c.get()})
+            EXPECT_TRUE(std::ranges::equal(drawn(*by, matched.moment, view)[0]->bytes(), expected[0]->bytes())) << n;
+}
+
+TEST(Plate, HasNoShadowsWhereNoneAreWanted) {
+    const Matched matched(world::Quality::beautiful);
+    const auto changed_beside = [&](world::BackdropShadow shadow) {
+        const auto frames = matched.draw([&](world::BackdropSpec& spec) { spec.shadow = shadow; });
+        int changed = 0;
+        for (std::size_t i = 0; i < matched.pixels(); ++i)
+            changed += !Matched::shows(frames, i) &&
+                       std::memcmp(frames[0]->bytes().data() + 4 * i, matched.picture.rgba.data() + 4 * i, 4) != 0;
+        return changed;
+    };
+    EXPECT_GT(changed_beside(world::BackdropShadow::mapped), 100);
+    EXPECT_EQ(changed_beside(world::BackdropShadow::none), 0);
+}
+
+TEST(Plate, GainIsAFactorOnTheLightOfWhatMoves) {
+    for (const world::Quality quality : qualities) {
+        const Matched matched(quality);
+        const glm::dvec3 gain(0.5, 1.25, 2.0);
+        const auto plain = matched.draw(),
+                   gained = matched.draw([&](world::BackdropSpec& spec) { spec.plate_gain = gain; });
+        int people = 0;
+        for (std::size_t i = 0; i < matched.pixels(); ++i) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const int before = Matched::code(plain[0], i, c), after = Matched::code(gained[0], i, c);
+                if (!Matched::shows(plain, i)) {
+                    EXPECT_NEAR(before, after, quality == world::Quality::beautiful ? 1 : 0)
+                        << "the ratio of light stays";
+                } else if (before > 20) {
+                    // Half a code of what is dark is more of what is bright.
+                    EXPECT_NEAR(after, srgb_code(std::min(1.0, gain[static_cast<int>(c)] * linear_of(before))), 2);
+                    ++people;
+                }
+            }
+        }
+        EXPECT_GT(people, 500);
+    }
+}
+
+TEST(Plate, NoiseIsOnWhatMovesAlone) {
+    const Matched matched;
+    const auto noisy = [](world::BackdropSpec& spec) { spec.noise = world::PlateNoise{.k = 0.05, .read = 3.0}; };
+    expect_same_always(matched, noisy);
+    const auto plain = matched.draw();
+    double sum = 0.0, sum_of_squares = 0.0, expected = 0.0;
+    int count = 0;
+    std::vector<std::vector<frame::FrameRef>> instants;
+    Matched later = matched;
+    for (int n = 0; n < 20; ++n) {
+        later.moment = std::make_shared<world::Snapshot>(*matched.moment);
+        later.moment->world_ns = n * 40'000'000;
+        instants.push_back(later.draw(noisy));
+        for (std::size_t i = 0; i < matched.pixels(); ++i) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                const int level = Matched::code(plain[0], i, c), off = Matched::code(instants.back()[0], i, c) - level;
+                if (!Matched::shows(plain, i)) {
+                    ASSERT_EQ(off, 0);
+                } else if (level > 20 && level < 235) {
+                    sum += off;
+                    sum_of_squares += off * off;
+                    // Rounding has a variance of its own.
+                    expected += 3.0 * 3.0 + 0.05 * level + 1.0 / 12.0;
+                    ++count;
+                }
+            }
+        }
+    }
+    ASSERT_GT(count, 10000);
+    EXPECT_NEAR(sum / count, 0.0, 5.0 * std::sqrt(expected / count / count));
+    EXPECT_NEAR(sum_of_squares / expected, 1.0, 0.03);
+    EXPECT_FALSE(std::ranges::equal(instants[0][0]->bytes(), instants[1][0]->bytes())) << "each picture has its own";
+}
+
+TEST(Plate, WhatMovesIsAsSoftAsTold) {
+    const Matched matched;
+    const auto plain = matched.draw();
+    const int width = matched.camera.size.width, height = matched.camera.size.height;
+    for (const double sigma : {0.5, 0.8, 2.0}) {
+        const auto soft = [&](world::BackdropSpec& spec) { spec.edge_px = sigma; };
+        expect_same_always(matched, soft);
+        const auto got = matched.draw(soft);
+        for (std::size_t k = 1; k < got.size(); ++k)
+            EXPECT_TRUE(std::ranges::equal(got[k]->bytes(), plain[k]->bytes())) << "truth is sharp";
+        const int reach = static_cast<int>(std::ceil(3.0 * sigma));
+        double whole = 0.0;
+        for (int i = -reach; i <= reach; ++i) whole += std::exp(-0.5 * i * i / (sigma * sigma));
+        int most = 0, changed = 0;
+        for (int y = 0; y < height; ++y) {
+            for (int x = 0; x < width; ++x) {
+                glm::dvec3 light(0.0);
+                double cover = 0.0;
+                for (int j = std::max(-reach, -y); j <= std::min(reach, height - 1 - y); ++j) {
+                    for (int i = std::max(-reach, -x); i <= std::min(reach, width - 1 - x); ++i) {
+                        const auto at = static_cast<std::size_t>((y + j) * width + x + i);
+                        if (!Matched::shows(plain, at)) continue;
+                        const double weight = std::exp(-0.5 * (i * i + j * j) / (sigma * sigma)) / (whole * whole);
+                        cover += weight;
+                        for (int c = 0; c < 3; ++c)
+                            light[c] += weight * linear_of(Matched::code(plain[0], at, static_cast<std::size_t>(c)));
+                    }
+                }
+                const auto here = static_cast<std::size_t>(y * width + x);
+                if (cover == 0.0) {
+                    ASSERT_EQ(std::memcmp(got[0]->bytes().data() + 4 * here, plain[0]->bytes().data() + 4 * here, 4),
+                              0);
+                    continue;
+                }
+                ++changed;
+                light += std::max(0.0, 1.0 - cover) * light_at(matched.picture, x, y);
+                for (int c = 0; c < 3; ++c)
+                    most = std::max(most, std::abs(srgb_code(std::min(1.0, light[c])) -
+                                                   Matched::code(got[0], here, static_cast<std::size_t>(c))));
+            }
+        }
+        EXPECT_LE(most, 1) << sigma;
+        EXPECT_GT(changed, 500);
+    }
+}
 }  // namespace
 }  // namespace camrig::render

@@ -241,12 +241,27 @@ struct CutoutProxy {
     }
 };
 
+/// Of a camera: walkable.
+struct WalkableGround {
+    std::vector<Vector2> polygon_m = {};  ///< m; its corners in the world
+    std::vector<Vector2> polygon_px = {};  ///< px; instead: its corners in the picture, below the horizon
+    double z = 0;  ///< m; -1e10 to 1e10: height of the ground
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("polygon_m", self.polygon_m);
+        visit("polygon_px", self.polygon_px);
+        visit("z", self.z);
+    }
+};
+
 /// Of a camera: proxies.
 struct Proxies {
     std::string file = {};  ///< .glb or .gltf, placed in the world as it is; beside `file` of the picture. Empty: none
     std::optional<GroundProxy> ground = {};  ///< a piece of level ground, by one of the polygons; null: none
     std::vector<BoxProxy> boxes = {};  ///< at most 200: that stand in the place
     std::vector<CutoutProxy> cutouts = {};  ///< at most 200: parts of the picture that stand upright where their foot is, and face the camera: trees, poles, fences
+    std::vector<WalkableGround> walkable = {};  ///< at most 200: pieces of level ground where people may go, as ground is given; routes and areas of the scene file that leave those of all cameras are errors. Empty: anywhere
     std::string scene = "drawn";  ///< `drawn`, `proxies` or `hidden`: what the scene's objects that stand still are. drawn: they are drawn into the picture; proxies: the picture shows them already; hidden: they are not in it
 
     template <typename Self, typename Visit>
@@ -255,7 +270,20 @@ struct Proxies {
         visit("ground", self.ground);
         visit("boxes", self.boxes);
         visit("cutouts", self.cutouts);
+        visit("walkable", self.walkable);
         visit("scene", self.scene);
+    }
+};
+
+/// Of a camera: noise.
+struct PlateNoise {
+    double k = 0;  ///< 0 to 10: how its variance grows with the level
+    double read = 0;  ///< 0 to 50: standard deviation at level 0, in codes of 255
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("k", self.k);
+        visit("read", self.read);
     }
 };
 
@@ -273,18 +301,30 @@ struct IgnoredRegion {
 
 /// Of a camera: backdrop.
 struct Backdrop {
-    std::string kind = "plate";  ///< `plate`: plate: one picture of a camera that stands still
-    std::string file = {};  ///< PNG or JPEG, upright, of the camera's size or of one with the same sides; relative to the scene file, in its folder or below, or, of commands, an absolute path
+    std::string kind = "plate";  ///< `plate`, `film` or `panorama`: plate: one picture of a camera that stands still; film: a film of one, which is shown in step with world time, over and over; panorama: equirectangular, what is all around a camera that may turn and zoom
+    std::string file = {};  ///< PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size or of one with the same sides, a panorama of any size twice as wide as high; relative to the scene file, in its folder or below, or, of commands, an absolute path
+    Rate fps = {};  ///< 1/s; of a film: how many of its pictures are shown in a second, 1/10 to 1000; null: as the film says, here empty
+    double yaw_deg = 0;  ///< deg; -360 to 360: of a panorama: which way its middle looks, about z, counter-clockwise from +x
     std::optional<Intrinsics> intrinsics = {};  ///< px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size; null: the camera's are those of its size
     Proxies proxies = {};  ///< shapes of what the picture shows: they hide what goes behind them
+    std::string shadow = "mapped";  ///< `none`, `blob` or `mapped`: of what moves, on what the picture shows. none; blob: about feet; mapped: of the scene's lights at quality beautiful, at simple as blob
+    Vector3 plate_gain = {};  ///< factors on the light of what is drawn, red, green and blue, so that white is that of the picture
+    double edge_px = 0;  ///< px; 0 to 3: what is drawn is made as soft as the picture: standard deviation of a Gaussian
+    std::optional<PlateNoise> noise = {};  ///< noise on what is drawn, as that of the picture: its standard deviation at a level of 0 to 255 is sqrt(read^2 + k * level); null: none
     std::vector<IgnoredRegion> ignore = {};  ///< at most 200: where the picture shows people or vehicles of its own, which truth does not know
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
         visit("kind", self.kind);
         visit("file", self.file);
+        visit("fps", self.fps);
+        visit("yaw_deg", self.yaw_deg);
         visit("intrinsics", self.intrinsics);
         visit("proxies", self.proxies);
+        visit("shadow", self.shadow);
+        visit("plate_gain", self.plate_gain);
+        visit("edge_px", self.edge_px);
+        visit("noise", self.noise);
         visit("ignore", self.ignore);
     }
 };

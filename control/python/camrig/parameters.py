@@ -210,6 +210,17 @@ class CutoutProxy(TypedDict, total=False):
     """m; -1e10 to 1e10: height of the ground"""
 
 
+class WalkableGround(TypedDict, total=False):
+    """Of a camera: walkable."""
+
+    polygon_m: list[list[float]]
+    """m; its corners in the world"""
+    polygon_px: list[list[float]]
+    """px; instead: its corners in the picture, below the horizon"""
+    z: float
+    """m; -1e10 to 1e10: height of the ground"""
+
+
 class Proxies(TypedDict, total=False):
     """Of a camera: proxies."""
 
@@ -221,8 +232,19 @@ class Proxies(TypedDict, total=False):
     """at most 200: that stand in the place"""
     cutouts: list[CutoutProxy]
     """at most 200: parts of the picture that stand upright where their foot is, and face the camera: trees, poles, fences"""
+    walkable: list[WalkableGround]
+    """at most 200: pieces of level ground where people may go, as ground is given; routes and areas of the scene file that leave those of all cameras are errors. Empty: anywhere"""
     scene: Literal["drawn", "proxies", "hidden"]
     """`drawn`, `proxies` or `hidden`: what the scene's objects that stand still are. drawn: they are drawn into the picture; proxies: the picture shows them already; hidden: they are not in it"""
+
+
+class PlateNoise(TypedDict, total=False):
+    """Of a camera: noise."""
+
+    k: float
+    """0 to 10: how its variance grows with the level"""
+    read: float
+    """0 to 50: standard deviation at level 0, in codes of 255"""
 
 
 class IgnoredRegion(TypedDict, total=False):
@@ -237,14 +259,26 @@ class IgnoredRegion(TypedDict, total=False):
 class Backdrop(TypedDict, total=False):
     """Of a camera: backdrop."""
 
-    kind: Literal["plate"]
-    """`plate`: plate: one picture of a camera that stands still"""
+    kind: Literal["plate", "film", "panorama"]
+    """`plate`, `film` or `panorama`: plate: one picture of a camera that stands still; film: a film of one, which is shown in step with world time, over and over; panorama: equirectangular, what is all around a camera that may turn and zoom"""
     file: str
-    """PNG or JPEG, upright, of the camera's size or of one with the same sides; relative to the scene file, in its folder or below, or, of commands, an absolute path"""
+    """PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size or of one with the same sides, a panorama of any size twice as wide as high; relative to the scene file, in its folder or below, or, of commands, an absolute path"""
+    fps: Union[Union[int, str], None]
+    """1/s; of a film: how many of its pictures are shown in a second, 1/10 to 1000; null: as the film says"""
+    yaw_deg: float
+    """deg; -360 to 360: of a panorama: which way its middle looks, about z, counter-clockwise from +x"""
     intrinsics: Union[Intrinsics, None]
     """px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size; null: the camera's are those of its size"""
     proxies: Proxies
     """shapes of what the picture shows: they hide what goes behind them"""
+    shadow: Literal["none", "blob", "mapped"]
+    """`none`, `blob` or `mapped`: of what moves, on what the picture shows. none; blob: about feet; mapped: of the scene's lights at quality beautiful, at simple as blob"""
+    plate_gain: list[float]
+    """factors on the light of what is drawn, red, green and blue, so that white is that of the picture"""
+    edge_px: float
+    """px; 0 to 3: what is drawn is made as soft as the picture: standard deviation of a Gaussian"""
+    noise: Union[PlateNoise, None]
+    """noise on what is drawn, as that of the picture: its standard deviation at a level of 0 to 255 is sqrt(read^2 + k * level); null: none"""
     ignore: list[IgnoredRegion]
     """at most 200: where the picture shows people or vehicles of its own, which truth does not know"""
 

@@ -20,7 +20,7 @@ SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transfo
 }
 
 std::optional<SeenSurface> SceneView::see(const PlacedSurface& surface, bool is_static) const {
-    if (surface.is_contact_shadow && quality == world::Quality::fast) return std::nullopt;
+    if (surface.is_contact_shadow && (quality == world::Quality::fast || !has_contact_shadows)) return std::nullopt;
     const world::Box& bounds = surface.bounds;
     const glm::dmat4 optical_from_local = transform.optical_from(surface.world_from_local);
     const bool is_wide = lens != nullptr && lens->is_wide();

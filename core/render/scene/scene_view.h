@@ -36,7 +36,9 @@ struct SceneView {
     world::Quality quality = world::Quality::simple;
     double max_detail_error_px = 0.0;           ///< 0: every mesh in full
     std::shared_ptr<const LensView> lens = {};  ///< null: none is looked through
-    double lamps_hz = 0.0;                      ///< lamps that flicker so are at their peak (light_in_view)
+    glm::vec3 light_gain{1.0f};                 ///< factor on all light that falls on something
+    bool has_contact_shadows = true;
+    double lamps_hz = 0.0;  ///< lamps that flicker so are at their peak (light_in_view)
 
     /// The draw of a surface, if any of it may be seen.
     std::optional<SeenSurface> see(const PlacedSurface& surface, bool is_static) const;

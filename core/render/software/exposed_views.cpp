@@ -232,11 +232,15 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     begin_moment(work, {instant, state}, 0.0);
     moment_.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame = flow;
     moment_.backdrop = work.backdrop;
+    moment_.picture = work.picture;
+    moment_.film_frame = work.film_frame;
     moment_.proxies = work.proxies;
     look_ahead(work, instant_ns_);
     draw_moment_rows_of_channels(work.whole);
     moment_.channels = {};
     moment_.backdrop = nullptr;
+    moment_.picture = nullptr;
+    moment_.film_frame = -1;
     moment_.proxies = nullptr;
     work.kinds.set(static_cast<std::size_t>(frame::FrameKind::flow));
 }

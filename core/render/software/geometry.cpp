@@ -28,6 +28,8 @@ void ViewGeometry::begin_view(const scene::SceneView& view, std::shared_ptr<cons
     shadows_.assign(shadows.begin(), shadows.end());
     baked_ = is_beautiful() ? std::move(baked) : nullptr;
     light_ = scene::ambient_in_view(view.scene->environment(), view.transform);
+    light_.sky *= view.light_gain;
+    light_.ground *= view.light_gain;
     const auto light_sets = static_cast<std::size_t>(view.scene->light_sets().size());
     lights_.resize(std::max(lights_.size(), light_sets));
     lights_made_.assign(light_sets, false);
@@ -57,6 +59,7 @@ const SurfaceLights* ViewGeometry::lights_of(int light_set) {
         const bool is_directional = i < set.directional;
         (is_directional ? lights.directional : lights.local)
             .push_back(scene::light_in_view(light, view_.transform, light_.exposure, view_.lamps_hz));
+        (is_directional ? lights.directional : lights.local).back().color *= view_.light_gain;
         const auto shadow = std::ranges::find(shadows_, index, &ShadowInView::light);
         (is_directional ? lights.directional_shadows : lights.local_shadows)
             .push_back(shadow == shadows_.end() ? -1 : static_cast<int>(shadow - shadows_.begin()));

@@ -15,6 +15,10 @@ inline PixelRect common(const PixelRect& a, const PixelRect& b) {
     return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
+inline PixelRect grown(const PixelRect& rect, int by) {
+    return {rect.x0 - by, rect.y0 - by, rect.x1 + by, rect.y1 + by};
+}
+
 inline PixelRect hull_of(std::span<const PixelRect> rects) {
     PixelRect hull = rects.front();
     for (const PixelRect& rect : rects)

@@ -10,6 +10,8 @@
 #include "core/render/aperture.h"
 #include "core/render/software/baked_picture.h"
 #include "core/render/software/channels.h"
+#include "core/render/software/matched_actors.h"
+#include "core/render/software/rows.h"
 #include "core/render/software/taken_picture.h"
 #include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
@@ -156,8 +158,15 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.view = &view;
     work.backdrop = view.spec->backdrop_here.get();
     work.proxies = scene_.proxies_of(view.spec->backdrop_here);
+    work.picture = nullptr;
+    work.film_frame = -1;
     const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
+    if (work.backdrop != nullptr && work.backdrop->panorama == nullptr && is_shaded) take_picture_of_backdrop(work);
+    if (view.spec->backdrop) {
+        work.scene.light_gain = glm::vec3(view.spec->backdrop->plate_gain);
+        work.scene.has_contact_shadows = view.spec->backdrop->shadow != world::BackdropShadow::none;
+    }
     work.rays = lens_of(view)->rays;
     work.exposure = exposure_of(view, *scene_.snapshot()).value();
     work.motion = work.exposure ? motion_of(view, work.exposure->times) : std::nullopt;
@@ -165,9 +174,21 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
         work.motion = standing_still(view, work.exposure->times, scene_.snapshot());
     // Chosen objects are another picture than the one that is kept.
     work.layer = view.only_objects.empty() ? layer_of(view, work.scene) : nullptr;
+    // What shows in parts of pixels is kept with its colour.
+    if (work.has_film() && has_areas(view)) work.layer = nullptr;
     work.history = &histories_[view.camera];
     work.draws = work.draws_coarse = 0;
     work.movers.see(work.scene);
+}
+
+void SoftwareDrawer::take_picture_of_backdrop(ViewWork& work) {
+    const View& view = *work.view;
+    world::FilmShot shot;
+    if (work.backdrop->film != nullptr) {
+        shot = view.film ? *view.film : work.backdrop->film->at(instant_ns_, true);
+        work.film_frame = shot.frame;
+    }
+    work.picture = work.backdrop->picture(shot);
 }
 
 void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
@@ -308,6 +329,9 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
         if (!work.is_in_frame) scratch.color.fit(size);
         work.canvas.color = work.is_in_frame ? rows_of(*work.frame) : scratch.color.rows();
     }
+    if (is_matched(work))
+        for (Plane<std::uint32_t>* const plane : {&scratch.below, &scratch.actors, &scratch.actor_colors})
+            plane->fit(size);
     work.is_in_parts = work.layer != nullptr && has_all_that_is_asked_for(*work.layer, work);
     if (work.is_in_parts) {
         find_changes(work);
@@ -334,6 +358,9 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
     for (ViewWork* const work : works) {
         work->shadows.clear();
         if (work->scene.quality != world::Quality::beautiful) continue;
+        if (const auto& backdrop = work->view->spec->backdrop;
+            backdrop && backdrop->shadow != world::BackdropShadow::mapped)
+            continue;
         if (shadows_instant_ != instant_)
             shadows_.update(scene_, {static_primitives_, mover_primitives_}, team_, cost_ns, options_.wide_lanes,
                             options_.max_detail_error_px > 0.0);
@@ -353,23 +380,36 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
 void SoftwareDrawer::find_changed_rects(ViewWork& work) {
     work.rects.assign(work.movers.rects.begin(), work.movers.rects.end());
     if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene, work.whole, work.rects);
+    if (is_matched(work))
+        for (PixelRect& rect : work.rects) rect = common(grown(rect, match_reach(work)), work.whole);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);
+    if (work.has_film() && work.layer->is_blended) work.rects.assign(1, work.whole);
+}
+
+std::uint64_t SoftwareDrawer::number_below(ViewWork& work) {
+    if (!work.has_film()) return work.layer->number;
+    FrameHistory& history = *work.history;
+    if (history.film_layer != work.layer->number || history.film_frame != work.film_frame) {
+        history.film_layer = work.layer->number;
+        history.film_frame = work.film_frame;
+        history.film_below = next_number();
+    }
+    return history.film_below;
 }
 
 void SoftwareDrawer::find_changes(ViewWork& work) {
     const StaticLayer& layer = *work.layer;
     const FrameHistory& history = *work.history;
     find_changed_rects(work);
-    const auto stale = [&](const frame::Frame& frame) {
+    const auto stale = [&](const frame::Frame& frame, std::uint64_t below) {
         const std::uint64_t held = frame.held_before();
         const auto& frames = history.kinds[static_cast<std::size_t>(frame.info().kind)].frames;
-        const auto found = std::ranges::find_if(frames, [&](const ShownFrame& shown) {
-            return held != 0 && shown.mark == held && shown.layer == layer.number;
-        });
+        const auto found = std::ranges::find_if(
+            frames, [&](const ShownFrame& shown) { return held != 0 && shown.mark == held && shown.layer == below; });
         return found == frames.end() ? std::span<const PixelRect>(&work.whole, 1) : std::span(found->rects);
     };
     for (ChannelFrame& channel : work.channels)
-        if (channel.frame != nullptr) channel.stale = stale(*channel.frame);
+        if (channel.frame != nullptr) channel.stale = stale(*channel.frame, layer.number);
     if (work.frame == nullptr) return;
     if (work.takes_picture()) {
         // Its light is in memory of all cameras, and no two pictures have the same noise.
@@ -377,8 +417,9 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
         work.history->picture.next(work.view->sequence, {});
         return;
     }
-    work.stale = stale(*work.frame);
-    frame::Damage since_layer = frame::Damage::since(static_cast<std::int64_t>(layer.number));
+    work.below = number_below(work);
+    work.stale = stale(*work.frame, work.below);
+    frame::Damage since_layer = frame::Damage::since(static_cast<std::int64_t>(work.below));
     for (const PixelRect& rect : work.rects) since_layer.add(rect.y0, rect.y1);
     work.frame->set_damage(work.history->picture.next(work.view->sequence, since_layer));
 }
@@ -449,7 +490,7 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     const ImageSize size = work.view->spec->size;
     StaticLayer& layer = *work.layer;
     const bool is_shaded = work.is_shaded() && !layer.picture, is_new = layer.number == 0;
-    const bool is_blended = is_shaded && has_blended, has_steps = is_shaded && work.has_areas;
+    const bool is_blended = is_shaded && has_blended && !work.has_film(), has_steps = is_shaded && work.has_areas;
     const bool is_shadowed = is_shaded && !work.shadows.empty();
     const auto is_missing = [&](frame::FrameKind kind) {
         const auto k = static_cast<std::size_t>(kind);
@@ -474,6 +515,7 @@ void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
     }
     if (is_new) layer.depth = Plane<float>(size);
     if (is_shaded) layer.picture = KeptPicture(size, is_light);
+    if (is_shaded) layer.is_blended = has_blended;
     if (is_blended) layer.finished = KeptPicture(size, is_light);
     if (is_shadowed) {
         layer.shadowed = std::make_unique<ShadowedStatics>();
@@ -521,12 +563,12 @@ void SoftwareDrawer::keep_what_was_drawn(ViewWork& work, ViewScratch& scratch) {
 void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
     if (--work.bands_left > 0) return;
     keep_what_was_drawn(work, scratch);
-    const auto note = [&](frame::Frame& frame, bool is_as_drawn) {
+    const auto note = [&](frame::Frame& frame, bool is_as_drawn, std::uint64_t below) {
         FrameHistory::OfKind& history = work.history->kinds[static_cast<std::size_t>(frame.info().kind)];
         history.last = (history.last + 1) % history.frames.size();
         ShownFrame& shown = history.frames[history.last];
         shown.mark = 0;
-        shown.layer = work.is_in_parts ? work.layer->number : 0;
+        shown.layer = below;
         shown.rects.clear();
         if (work.is_in_parts) shown.rects.assign(work.rects.begin(), work.rects.end());
         if (!work.is_in_parts || !is_as_drawn) return;
@@ -534,12 +576,13 @@ void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
         frame.mark_content(shown.mark);
     };
     for (const ChannelFrame& channel : work.channels)
-        if (channel.frame != nullptr) note(*channel.frame, true);
+        if (channel.frame != nullptr) note(*channel.frame, true, work.is_in_parts ? work.layer->number : 0);
     if (work.frame == nullptr) return;
     if (work.takes_picture()) end_taking(work);
     finish_color(*work.view, *work.frame);
     // A code strip lies in the same place in all frames of a layer, and is drawn anew.
-    note(*work.frame, !work.takes_picture() && frame::changes_nothing(work.view->spec->controls));
+    note(*work.frame, !work.takes_picture() && frame::changes_nothing(work.view->spec->controls),
+         work.is_in_parts ? work.below : 0);
 }
 
 void SoftwareDrawer::forget(CameraId camera) {

@@ -78,6 +78,8 @@ private:
     void place(const world::SnapshotRef& snapshot);
     void find_primitives(const scene::PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to);
     void prepare(const View& view, ViewWork& work);
+    /// What its backdrop shows now; waits for a film.
+    void take_picture_of_backdrop(ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
     /// All but the pixels, which draw_rows makes in that many bands.
     void begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns);
@@ -93,6 +95,8 @@ private:
     /// holds, which may be earlier pictures of the camera.
     void find_changes(ViewWork& work);
     void find_changed_rects(ViewWork& work);
+    /// Of what lies below what moves, the view's layer: with a film each of its pictures makes another one of it.
+    static std::uint64_t number_below(ViewWork& work);
     void add_triangles(ViewWork& work, ViewScratch& scratch);
     /// Those that were asked for; what was drawn beside them is kept.
     static void give_frames(ViewWork& work, const View& view, std::vector<frame::FrameRef>& frames);

@@ -3,6 +3,8 @@
 #include "core/render/software/area_rows.h"
 #include "core/render/software/catchers.h"
 #include "core/render/software/channels.h"
+#include "core/render/software/matched_actors.h"
+#include "core/render/software/panorama_rows.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/taken_picture.h"
 
@@ -25,6 +27,33 @@ void fill_light(const LightRows& rows, const PixelRect& rect, const glm::vec3& l
     fill(rows.blue, rect, light.b);
 }
 
+bool has_panorama(const ViewWork& work) {
+    return work.backdrop != nullptr && work.backdrop->panorama != nullptr;
+}
+
+constexpr std::uint32_t alpha_bits = 0xFFu << 24;
+
+void set_alpha(Rows<std::uint32_t> rows, const PixelRect& rect, bool is_opaque) {
+    for (int y = rect.y0; y < rect.y1; ++y)
+        for (int x = rect.x0; x < rect.x1; ++x)
+            rows(y)[x] = is_opaque ? rows(y)[x] | alpha_bits : rows(y)[x] & ~alpha_bits;
+}
+
+/// The picture, and what a layer has over it.
+void show_picture_below(const world::Image& picture, Rows<std::uint32_t> layer, const PixelRect& rect,
+                        Rows<std::uint32_t> to) {
+    for (int y = rect.y0; y < rect.y1; ++y) {
+        const std::uint8_t* const from = row_of(picture, y);
+        const std::uint32_t* const over = layer(y);
+        std::uint32_t* const out = to(y);
+        for (int x = rect.x0; x < rect.x1; ++x) {
+            std::uint32_t pixel = 0;
+            std::memcpy(&pixel, from + 4 * static_cast<std::ptrdiff_t>(x), sizeof pixel);
+            out[x] = over[x] < alpha_bits ? pixel : over[x];
+        }
+    }
+}
+
 /// has_movers: as of shade_visible.
 void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork& work, const PixelRect& band,
                  bool has_movers) {
@@ -40,6 +69,8 @@ void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork&
         // What movers keep from a layer is found anew in each picture (draw_shadows_of_movers).
         catch_shadows(scratch.geometry, scratch.proxies, !work.shadows.empty() && work.layer == nullptr,
                       common(rect, band), work.canvas, scratch.numbers.rows());
+        if (is_matched(work) && triangles.first == scratch.movers.first && triangles.count == scratch.movers.count)
+            keep_where_shown(scratch, common(rect, band));
         shade_visible(scratch.geometry, common(rect, band), work.canvas, scratch.numbers, has_movers);
     }
 }
@@ -55,7 +86,8 @@ void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, c
 
 /// Before what a sensor does.
 int light_passes_of(const ViewWork& work) {
-    return work.has_areas ? area_passes : 1;
+    if (work.has_areas) return area_passes;
+    return is_matched(work) ? 2 : 1;
 }
 
 /// The layer is in the picture: shades anew what of it lies in the shadow of movers.
@@ -96,6 +128,16 @@ void put_back(ViewWork& work, const PixelRect& band) {
     const Canvas opaque = layer.picture.canvas();
     const Canvas finished = layer.finished ? layer.finished.canvas() : opaque;
     const Canvas held = work.canvas.light ? work.canvas : Canvas{rows_of(*work.frame), {}, {}};
+    if (work.has_film()) {
+        for (const PixelRect& rect : work.stale)
+            show_picture_below(*work.picture, opaque.color, common(rect, band), held.color);
+        for (const PixelRect& rect : work.rects) {
+            if (!work.is_in_frame)
+                show_picture_below(*work.picture, opaque.color, common(rect, band), work.canvas.color);
+            copy(layer.depth.rows(), work.canvas.depth, common(rect, band));
+        }
+        return;
+    }
     for (const PixelRect& rect : work.stale) copy_picture(finished, held, common(rect, band));
     for (const PixelRect& rect : work.rects) {
         if (!work.is_in_frame || layer.finished) copy_picture(opaque, work.canvas, common(rect, band));
@@ -107,18 +149,23 @@ void draw_background(ViewWork& work, const PixelRect& rect) {
     const Canvas& canvas = work.canvas;
     const world::Environment& environment = work.scene.scene->environment();
     const glm::vec3 background = environment.background * environment.exposure;
-    if (work.backdrop != nullptr && canvas.color.data != nullptr) {
+    if (has_panorama(work) && canvas.color.data != nullptr) {
+        draw_panorama(work, rect);
+    } else if (work.backdrop != nullptr && canvas.color.data != nullptr) {
         for (int y = rect.y0; y < rect.y1; ++y)
-            std::memcpy(canvas.color(y) + rect.x0, row_of(work.backdrop->picture, y) + 4 * rect.x0,
+            std::memcpy(canvas.color(y) + rect.x0, row_of(*work.picture, y) + 4 * rect.x0,
                         static_cast<std::size_t>(rect.width()) * sizeof(std::uint32_t));
+        // What is kept tells where that is: the next picture of the film shows there.
+        if (work.has_film() && work.layer != nullptr) set_alpha(canvas.color, rect, false);
     } else if (canvas.light) {
         fill_light(canvas.light, rect, background);
     } else {
         fill(canvas.color, rect, pixel_of(background));
     }
     fill(canvas.depth, rect, 0.0f);
-    // The picture of a backdrop shows what it shows, also where the lens sees nothing.
-    cover_blind(work.scene, work.backdrop != nullptr ? Canvas{{}, canvas.depth, {}} : canvas, rect);
+    // A plate shows what it shows, also where the lens sees nothing.
+    cover_blind(work.scene, work.backdrop != nullptr && !has_panorama(work) ? Canvas{{}, canvas.depth, {}} : canvas,
+                rect);
 }
 
 void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
@@ -127,6 +174,7 @@ void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     copy_picture(canvas, layer.picture.canvas(), band);
     copy(canvas.depth, layer.depth.rows(), band);
     keep_channels(work, band);
+    if (work.has_film()) set_alpha(canvas.color, band, true);
     if (!layer.finished) return;
     draw_blended(scratch, scratch.blended_statics, work, band, false);
     copy_picture(canvas, layer.finished.canvas(), band);
@@ -159,6 +207,10 @@ void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int b
         return taking == 0 ? expose_rows(work, band) : develop_rows(work, band);
     if (work.has_areas) return draw_area_rows(work, scratch, pass, number, band);
     if (!work.is_shaded()) return draw_channel_rows(work, scratch, band);
+    if (pass == 1) {
+        match_actors(work, scratch, band);
+        return finish_rows(work, scratch, band);
+    }
     begin_channels(work, band);
     if (work.is_in_parts) {
         put_back(work, band);
@@ -172,7 +224,9 @@ void draw_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, int b
         }
     }
     draw_shadows_of_movers(work, scratch, band);
+    if (is_matched(work)) keep_below(work, scratch, band);
     draw_opaque(scratch, scratch.movers, work, band, true);
+    if (is_matched(work)) return keep_colors(work, scratch, band);
     finish_rows(work, scratch, band);
 }
 

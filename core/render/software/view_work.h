@@ -40,8 +40,10 @@ struct KeptPicture {
 /// What is kept of a camera that stands still.
 struct StaticLayer {
     Plane<float> depth;
-    KeptPicture picture;                        ///< what is opaque; empty: nobody asked for colour yet
+    /// What is opaque; empty: nobody asked for colour yet. Of a film: alpha is 0 where its pictures show.
+    KeptPicture picture;
     KeptPicture finished;                       ///< empty: nothing is blended, it is `picture`
+    bool is_blended = false;                    ///< of a film: something is blended over all that stands still
     StaticAreas areas;                          ///< of pictures of exact areas, with `picture`
     std::unique_ptr<ShadowedStatics> shadowed;  ///< with `picture`, where there are shadows
     /// By kind, as their frames are; empty: nobody asked for it yet.
@@ -65,6 +67,9 @@ struct FrameHistory {
     };
     std::array<OfKind, frame::frame_kind_count> kinds;
     ShownPicture picture;  ///< of colour
+    /// Of a film: the layer and the picture that were shown last, and the number of both together.
+    std::uint64_t film_layer = 0, film_below = 0;
+    std::int64_t film_frame = -1;
 };
 
 /// A picture of a view that is no colour (channels.h).
@@ -84,6 +89,9 @@ struct ViewWork {
     FrameHistory* history = nullptr;
     scene::SeenMovers movers;
     const world::Backdrop* backdrop = nullptr;       ///< null: none
+    std::shared_ptr<const world::Image> picture;     ///< of the backdrop, if colour is drawn
+    std::int64_t film_frame = -1;                    ///< which of a film it is; -1: it is none
+    std::uint64_t below = 0;                         ///< what lies below what moves: never the same for two pictures
     const scene::PlacedSurfaces* proxies = nullptr;  ///< of the backdrop, beside those of the scene; null: none
     PixelRect whole;
     std::vector<PixelRect> rects;      ///< what is drawn: where movers are, if a layer is kept
@@ -106,6 +114,7 @@ struct ViewWork {
     std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
 
     /// A sensor makes the colour picture.
+    bool has_film() const { return film_frame >= 0; }
     bool takes_picture() const { return exposure && frame != nullptr; }
     bool is_shaded() const { return is_light || frame != nullptr; }
 };
@@ -126,9 +135,10 @@ struct ViewScratch {
     TriangleNumbers numbers;
     Plane<float> depth;
     AreaScratch areas;
-    Plane<std::uint32_t> color;                 ///< of pictures whose rows are no whole groups of lanes
-    std::array<Plane<float>, 3> light;          ///< of cameras with a sensor
-    std::vector<std::uint16_t> sensor_numbers;  ///< of those whose numbers nobody asked for
+    Plane<std::uint32_t> below, actors, actor_colors;  ///< of what is matched to a photo (matched_actors.h)
+    Plane<std::uint32_t> color;                        ///< of pictures whose rows are no whole groups of lanes
+    std::array<Plane<float>, 3> light;                 ///< of cameras with a sensor
+    std::vector<std::uint16_t> sensor_numbers;         ///< of those whose numbers nobody asked for
 };
 
 /// Of views that are taken while something moves: light before a sensor.

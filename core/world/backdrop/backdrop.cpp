@@ -50,6 +50,8 @@ public:
     ProxyMaker(const CameraSpec& spec, const camera::CameraModel& camera)
         : spec_(spec), camera_(camera), world_from_optical_(world_from_optical_rotation(spec.pose)) {}
 
+    /// From the eye.
+    Result<std::vector<glm::dvec3>> corners_of(const GroundProxy& ground) const;
     Result<void> add(const GroundProxy& ground);
     Result<void> add(const BoxProxy& box);
     Result<void> add(const CutoutProxy& cutout);
@@ -63,7 +65,7 @@ public:
 private:
     const glm::dvec3& eye() const { return spec_.pose.position; }
     glm::dvec2 in_camera(const glm::dvec2& pixel) const {
-        const ImageSize from = spec_.backdrop->files->picture.size, to = spec_.size;
+        const ImageSize from = spec_.backdrop->files->size(), to = spec_.size;
         return (pixel + 0.5) * glm::dvec2(to.width, to.height) / glm::dvec2(from.width, from.height) - 0.5;
     }
     /// From the eye, of a pixel of the picture.
@@ -84,9 +86,9 @@ private:
     }
     std::vector<glm::dvec2> with_short_sides(const std::vector<glm::dvec2>& polygon) const;
     bool is_ahead(const std::vector<glm::dvec3>& corners) const {
-        return sees_behind(spec_.lens.model) || std::ranges::any_of(corners, [&](const glm::dvec3& p) {
-                   return glm::dot(world_from_optical_[2], p) > spec_.near_m;
-               });
+        return spec_.backdrop->is_panorama() || sees_behind(spec_.lens.model) ||
+               std::ranges::any_of(
+                   corners, [&](const glm::dvec3& p) { return glm::dot(world_from_optical_[2], p) > spec_.near_m; });
     }
     void begin(const glm::dvec3& normal) {
         normal_ = gltf_axes(normal);
@@ -125,7 +127,7 @@ std::vector<glm::dvec2> ProxyMaker::with_short_sides(const std::vector<glm::dvec
     return made;
 }
 
-Result<void> ProxyMaker::add(const GroundProxy& ground) {
+Result<std::vector<glm::dvec3>> ProxyMaker::corners_of(const GroundProxy& ground) const {
     if (ground.polygon_m.empty() == ground.polygon_px.empty())
         return std::unexpected(refused(": give one of polygon_m and polygon_px"));
     if (!(eye().z > ground.z))
@@ -140,6 +142,14 @@ Result<void> ProxyMaker::add(const GroundProxy& ground) {
         if (!hit) return under(given, hit.error());
         corners.push_back(*hit);
     }
+    return corners;
+}
+
+Result<void> ProxyMaker::add(const GroundProxy& ground) {
+    const auto found = corners_of(ground);
+    if (!found) return std::unexpected(found.error());
+    const std::vector<glm::dvec3>& corners = *found;
+    const char* const given = ground.polygon_px.empty() ? ".polygon_m" : ".polygon_px";
     if (!is_ahead(corners)) return std::unexpected(refused(std::string(given) + ": is behind the camera"));
     std::vector<glm::dvec2> flat;
     for (const glm::dvec3& p : corners) flat.emplace_back(p);
@@ -213,11 +223,30 @@ ModelRef ProxyMaker::model() {
 }
 
 Result<void> check_shape(ImageSize picture, ImageSize size) {
-    const double wanted = static_cast<double>(picture.height) * size.width / picture.width;
-    if (std::abs(wanted - size.height) <= 0.5) return {};
+    if (has_sides_of(picture, size)) return {};
     return std::unexpected(refused("backdrop.file: a picture of " + picture.to_string() + " for a camera of " +
                                    size.to_string() + "; give the camera the size " + picture.to_string() +
                                    ", or another one with the same ratio of its sides"));
+}
+
+/// What is said in pixels of a picture is nowhere in one that turns.
+Result<void> check_panorama(const BackdropSpec& given) {
+    if (given.files->panorama == nullptr) return std::unexpected(refused("backdrop.file: its picture was not read"));
+    if (given.intrinsics)
+        return std::unexpected(refused("backdrop.intrinsics: a panorama has none; the camera's own count"));
+    for (std::size_t i = 0; i < given.proxies.walkable.size(); ++i)
+        if (!given.proxies.walkable[i].polygon_px.empty())
+            return std::unexpected(refused(item_path("backdrop.proxies.walkable", i) +
+                                           ".polygon_px: a panorama has no such pixels; give polygon_m"));
+    if (given.proxies.ground && !given.proxies.ground->polygon_px.empty())
+        return std::unexpected(
+            refused("backdrop.proxies.ground.polygon_px: a panorama has no such pixels; give polygon_m"));
+    if (!given.proxies.cutouts.empty())
+        return std::unexpected(
+            refused("backdrop.proxies.cutouts[0]: a panorama has no such pixels; give boxes or a file"));
+    if (!given.ignore.empty())
+        return std::unexpected(refused("backdrop.ignore[0].polygon_px: a panorama has no such pixels"));
+    return {};
 }
 
 Instance proxy_at(const ModelRef& model, const glm::dvec3& position) {
@@ -232,6 +261,11 @@ Instance proxy_at(const ModelRef& model, const glm::dvec3& position) {
 
 }  // namespace
 
+bool has_sides_of(ImageSize picture, ImageSize size) {
+    const double wanted = static_cast<double>(picture.height) * size.width / picture.width;
+    return std::abs(wanted - size.height) <= 0.5;
+}
+
 camera::Intrinsics scaled(const camera::Intrinsics& k, ImageSize from, ImageSize to) {
     const double x = static_cast<double>(to.width) / from.width, y = static_cast<double>(to.height) / from.height;
     return {k.fx * x, k.fy * y, (k.cx + 0.5) * x - 0.5, (k.cy + 0.5) * y - 0.5};
@@ -240,8 +274,12 @@ camera::Intrinsics scaled(const camera::Intrinsics& k, ImageSize from, ImageSize
 Result<std::shared_ptr<const Backdrop>> make_backdrop(const CameraSpec& spec) {
     const BackdropSpec& given = *spec.backdrop;
     if (given.files == nullptr) return std::unexpected(refused("backdrop.file: its picture was not read"));
-    if (auto good = check_shape(given.files->picture.size, spec.size); !good) return std::unexpected(good.error());
-    if (given.proxies.is_empty())
+    if (given.is_panorama()) {
+        if (auto good = check_panorama(given); !good) return std::unexpected(good.error());
+    } else if (auto good = check_shape(given.files->size(), spec.size); !good) {
+        return std::unexpected(good.error());
+    }
+    if (given.proxies.is_empty() && !given.is_panorama())
         return std::unexpected(
             refused("backdrop.proxies: there are none, so that people would stand before everything; give ground, "
                     "boxes, cutouts or a file, or, where the scene's objects are what the picture shows, scene: "
@@ -262,7 +300,25 @@ Result<std::shared_ptr<const Backdrop>> make_backdrop(const CameraSpec& spec) {
         if (!good) return std::unexpected(good.error());
 
     auto made = std::make_shared<Backdrop>();
-    made->picture = scaled_picture(given.files->picture, spec.size);
+    made->size = spec.size;
+    if (given.is_panorama()) {
+        made->panorama = given.files->panorama;
+        made->yaw_rad = glm::radians(given.yaw_deg);
+    } else if (given.files->film != nullptr) {
+        made->film = std::make_shared<FilmPlayer>(given.files->film, given.fps.value_or(given.files->film->index.rate),
+                                                  spec.size);
+    } else {
+        made->files = given.files;
+    }
+    for (std::size_t i = 0; i < given.proxies.walkable.size(); ++i) {
+        const GroundProxy& ground = given.proxies.walkable[i];
+        const std::string place = item_path(proxies + "walkable", i);
+        const auto corners = maker.corners_of(ground);
+        if (!corners) return under(place, corners.error());
+        if (corners->size() < 3) return std::unexpected(refused(place + ": a polygon has at least 3 corners"));
+        made->walkable.emplace_back();
+        for (const glm::dvec3& corner : *corners) made->walkable.back().emplace_back(corner + spec.pose.position);
+    }
     if (const ModelRef own = maker.model()) made->proxies.push_back(proxy_at(own, spec.pose.position));
     if (given.files->proxies != nullptr) made->proxies.push_back(proxy_at(given.files->proxies, glm::dvec3(0.0)));
     for (std::size_t i = 0; i < given.ignore.size(); ++i) {
@@ -273,6 +329,16 @@ Result<std::shared_ptr<const Backdrop>> make_backdrop(const CameraSpec& spec) {
         made->ignore.back().polygon_px = maker.in_camera(given.ignore[i].polygon_px);
     }
     return made;
+}
+
+std::shared_ptr<const Image> Backdrop::picture(const FilmShot& shot) const {
+    if (film != nullptr) return film->picture_of(shot);
+    std::call_once(once_, [&] {
+        picture_ = files->scaled != nullptr && files->scaled->size == size
+                       ? files->scaled
+                       : std::make_shared<const Image>(scaled_picture(files->picture, size));
+    });
+    return picture_;
 }
 
 }  // namespace camrig::world

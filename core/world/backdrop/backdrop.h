@@ -2,10 +2,13 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include "core/base/result.h"
 #include "core/world/backdrop/backdrop_spec.h"
+#include "core/world/backdrop/film_player.h"
+#include "core/world/backdrop/panorama.h"
 #include "core/world/camera_spec.h"
 #include "core/world/snapshot.h"
 
@@ -13,20 +16,41 @@ namespace camrig::world {
 
 /// What the files of a backdrop hold.
 struct BackdropFiles {
-    Image picture;
-    ModelRef proxies;  ///< null: none
+    Image picture;                             ///< of a plate
+    std::shared_ptr<const Image> scaled;       ///< to the camera's size, where that was known; null: it was not
+    std::shared_ptr<const FilmFile> film;      ///< of a film, else null
+    std::shared_ptr<const Panorama> panorama;  ///< of a panorama, else null
+    ModelRef proxies;                          ///< null: none
+
+    ImageSize size() const { return film != nullptr ? film->index.size : picture.size; }
 };
 
-/// Reads the files that a patch of a camera names for its backdrop; patch_camera_spec needs them. Takes as long as
-/// decoding does: not on a thread that pictures wait for. folder: of the scene file, which files lie in or below;
-/// empty: they are absolute. Errors have the field's path below the camera ("backdrop.file: ...").
+/// Reads the files that a patch of a camera names for its backdrop, and scales a plate to the size that the patch says;
+/// patch_camera_spec needs them. Takes as long as decoding does: not on a thread that pictures wait for. folder: of the
+/// scene file, which files lie in or below; empty: they are absolute. Errors have the field's path below the camera
+/// ("backdrop.file: ...").
 Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& folder);
 
 /// The backdrop of a camera with this size, optics and pose. Immutable.
 struct Backdrop {
-    Image picture;                      ///< of the camera's size, opaque
-    std::vector<Instance> proxies;      ///< without those of the scene; their id and class number are 0
-    std::vector<IgnoredRegion> ignore;  ///< in the camera's pixels
+    std::shared_ptr<FilmPlayer> film;               ///< null: it is no film
+    std::shared_ptr<const Panorama> panorama;       ///< null: it is none
+    double yaw_rad = 0.0;                           ///< of the panorama
+    std::vector<Instance> proxies;                  ///< without those of the scene; their id and class number are 0
+    std::vector<IgnoredRegion> ignore;              ///< in the camera's pixels
+    std::vector<std::vector<glm::dvec2>> walkable;  ///< polygons in the world; empty: anywhere
+
+    /// That of the camera's size, opaque: of a plate, or the film's of that shot; not of a panorama. Takes its time:
+    /// where it was not scaled yet the first who asks does so, and a film is waited for. Any thread but those that
+    /// nobody may hold up.
+    std::shared_ptr<const Image> picture(const FilmShot& shot) const;
+
+    ImageSize size;                              ///< the camera's
+    std::shared_ptr<const BackdropFiles> files;  ///< of a plate
+
+private:
+    mutable std::once_flag once_;
+    mutable std::shared_ptr<const Image> picture_;
 };
 
 /// The picture is scaled, in linear light, by the area of it that a pixel of the camera sees, and otherwise its bytes
@@ -34,6 +58,9 @@ struct Backdrop {
 /// not called, the picture's sides are of another ratio, shapes over the horizon, behind the camera or crossing
 /// themselves.
 Result<std::shared_ptr<const Backdrop>> make_backdrop(const CameraSpec& spec);
+
+/// Whether pictures of these sizes have the same ratio of their sides, but for half a pixel.
+bool has_sides_of(ImageSize picture, ImageSize size);
 
 /// Intrinsics of a picture as those of the same picture in another size.
 camera::Intrinsics scaled(const camera::Intrinsics& k, ImageSize from, ImageSize to);

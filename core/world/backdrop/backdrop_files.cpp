@@ -2,6 +2,7 @@
 
 #include "core/base/error_list.h"
 #include "core/world/backdrop/backdrop.h"
+#include "core/world/backdrop/scale_picture.h"
 #include "core/world/gltf/image_decode.h"
 #include "core/world/gltf/resources.h"
 #include "core/world/gltf_loader.h"
@@ -61,11 +62,41 @@ Result<Image> read_picture(const std::filesystem::path& file) {
     }
 }
 
+/// Cameras of one place share it: it may take most of a gigabyte.
+Result<std::shared_ptr<const Panorama>> read_panorama(const std::filesystem::path& file) {
+    struct Known {
+        std::filesystem::path file;
+        std::filesystem::file_time_type written;
+        std::weak_ptr<const Panorama> panorama;
+    };
+    static std::mutex mutex;
+    static std::vector<Known> known;
+    const std::lock_guard lock(mutex);
+    std::erase_if(known, [](const Known& one) { return one.panorama.expired(); });
+    std::error_code missing;
+    const auto written = std::filesystem::last_write_time(file, missing);
+    for (const Known& one : known)
+        if (one.file == file && one.written == written)
+            if (auto panorama = one.panorama.lock()) return panorama;
+    auto picture = read_picture(file);
+    if (!picture) return std::unexpected(picture.error());
+    auto made = make_panorama(std::move(*picture));
+    if (!made) return at(file.string(), made.error());
+    known.push_back({file, written, *made});
+    return made;
+}
+
 }  // namespace
 
 Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& folder) {
     if (!patch.backdrop || !*patch.backdrop) return {};
     BackdropSpec& spec = **patch.backdrop;
+    if (spec.fps && spec.kind != BackdropKind::film)
+        return error(ErrorKind::invalid_argument,
+                     "backdrop.fps: is that of a film, and the kind is " + std::string(to_string(spec.kind)));
+    if (spec.yaw_deg != 0.0 && !spec.is_panorama())
+        return error(ErrorKind::invalid_argument,
+                     "backdrop.yaw_deg: is that of a panorama, and the kind is " + std::string(to_string(spec.kind)));
     auto files = std::make_shared<BackdropFiles>();
     const auto read = [&](std::string& file, const char* field, const auto& load) -> Result<void> {
         const ErrorList::Pause paths_of_another_file;
@@ -77,9 +108,24 @@ Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& fold
     };
     if (auto good = read(spec.file, "backdrop.file",
                          [&](const std::filesystem::path& file) -> Result<void> {
+                             if (spec.kind == BackdropKind::film) {
+                                 auto film = read_film(file);
+                                 if (!film) return at(file.string(), film.error());
+                                 files->film = std::move(*film);
+                                 return {};
+                             }
+                             if (spec.is_panorama()) {
+                                 auto panorama = read_panorama(file);
+                                 if (!panorama) return std::unexpected(panorama.error());
+                                 files->panorama = std::move(*panorama);
+                                 return {};
+                             }
                              auto picture = read_picture(file);
                              if (!picture) return std::unexpected(picture.error());
                              files->picture = std::move(*picture);
+                             if (patch.size && has_sides_of(files->picture.size, *patch.size))
+                                 files->scaled =
+                                     std::make_shared<const Image>(scaled_picture(files->picture, *patch.size));
                              return {};
                          });
         !good)

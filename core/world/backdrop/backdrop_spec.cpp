@@ -1,5 +1,6 @@
 #include "core/world/backdrop/backdrop_spec.h"
 
+#include "core/base/picture_fields.h"
 #include "core/camera/pose.h"
 #include "core/world/world_fields.h"
 
@@ -84,6 +85,25 @@ auto numbers_at(Field field, double low, double high) {
     return entry;
 }
 
+FieldOf<BackdropSpec> rate_of_film() {
+    auto entry = entry_by<&BackdropSpec::fps>(
+        {.name = "fps",
+         .type = "number or \"num/den\" or null",
+         .doc = "of a film: how many of its pictures are shown in a second, 1/10 to 1000",
+         .unit = "1/s",
+         .fallback = "null",
+         .null = "as the film says",
+         .schema = R"({"anyOf": [{"type": "number"}, {"type": "string"}, {"type": "null"}]})"},
+        [](JsonReader& reader, std::string_view key, Rate& out) {
+            if (const auto rate = camrig::read_rate(reader, key)) out = *rate;
+        });
+    entry.read = [read = entry.read](JsonReader& reader, Changes<BackdropSpec>& changes) {
+        if (!reader.has_null("fps")) read(reader, changes);
+    };
+    entry.write = [](const BackdropSpec& spec) { return spec.fps ? rate_to_json(*spec.fps) : json(nullptr); };
+    return entry;
+}
+
 template <typename T>
 auto ground_height() {
     return field_at<&T::z>({.name = "z", .doc = "height of the ground", .unit = "m", .range = {-most_m, most_m}});
@@ -92,7 +112,8 @@ auto ground_height() {
 }  // namespace
 
 std::span<const Named<BackdropKind>> names_of(std::type_identity<BackdropKind>) {
-    static constexpr Named<BackdropKind> names[] = {{BackdropKind::plate, "plate"}};
+    static constexpr Named<BackdropKind> names[] = {
+        {BackdropKind::plate, "plate"}, {BackdropKind::film, "film"}, {BackdropKind::panorama, "panorama"}};
     return names;
 }
 
@@ -100,6 +121,20 @@ std::span<const Named<SceneInBackdrop>> names_of(std::type_identity<SceneInBackd
     static constexpr Named<SceneInBackdrop> names[] = {
         {SceneInBackdrop::drawn, "drawn"}, {SceneInBackdrop::proxies, "proxies"}, {SceneInBackdrop::hidden, "hidden"}};
     return names;
+}
+
+std::span<const Named<BackdropShadow>> names_of(std::type_identity<BackdropShadow>) {
+    static constexpr Named<BackdropShadow> names[] = {
+        {BackdropShadow::none, "none"}, {BackdropShadow::blob, "blob"}, {BackdropShadow::mapped, "mapped"}};
+    return names;
+}
+
+FieldTable<PlateNoise> fields_of(std::type_identity<PlateNoise>) {
+    static const std::vector<FieldOf<PlateNoise>> table{
+        field_at<&PlateNoise::k>({.name = "k", .doc = "how its variance grows with the level", .range = {0, 10}}),
+        field_at<&PlateNoise::read>(
+            {.name = "read", .doc = "standard deviation at level 0, in codes of 255", .range = {0, 50}})};
+    return table;
 }
 
 FieldTable<GroundProxy> fields_of(std::type_identity<GroundProxy>) {
@@ -150,6 +185,12 @@ FieldTable<ProxiesSpec> fields_of(std::type_identity<ProxiesSpec>) {
                                            .doc = "parts of the picture that stand upright where their foot is, and "
                                                   "face the camera: trees, poles, fences",
                                            .shape = "CutoutProxy"}),
+        structs_at<&ProxiesSpec::walkable>(
+            {.name = "walkable",
+             .doc =
+                 "pieces of level ground where people may go, as ground is given; routes and areas of the scene file "
+                 "that leave those of all cameras are errors. Empty: anywhere",
+             .shape = "WalkableGround"}),
         field_at<&ProxiesSpec::scene>(
             {.name = "scene",
              .doc = "what the scene's objects that stand still are. drawn: they are drawn into the picture; proxies: "
@@ -168,12 +209,23 @@ FieldTable<IgnoredRegion> fields_of(std::type_identity<IgnoredRegion>) {
 
 FieldTable<BackdropSpec> fields_of(std::type_identity<BackdropSpec>) {
     static const std::vector<FieldOf<BackdropSpec>> table{
-        field_at<&BackdropSpec::kind>({.name = "kind", .doc = "plate: one picture of a camera that stands still"}),
+        field_at<&BackdropSpec::kind>({.name = "kind",
+                                       .doc = "plate: one picture of a camera that stands still; film: a film of "
+                                              "one, which is shown in step with world time, over and over; panorama: "
+                                              "equirectangular, what is all around a camera that may turn and zoom"}),
         field_at<&BackdropSpec::file>(
             {.name = "file",
-             .doc = "PNG or JPEG, upright, of the camera's size or of one with the same sides; relative to the scene "
-                    "file, in its folder or below, or, of commands, an absolute path",
+             .doc = "PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size "
+                    "or of one with the same sides, a panorama of any size twice as wide as high; relative to the "
+                    "scene file, in its folder or below, or, of "
+                    "commands, an absolute path",
              .required = true}),
+        rate_of_film(),
+        field_at<&BackdropSpec::yaw_deg>({.name = "yaw_deg",
+                                          .doc = "of a panorama: which way its middle looks, about z, "
+                                                 "counter-clockwise from +x",
+                                          .unit = "deg",
+                                          .range = {-360, 360}}),
         field_at<&BackdropSpec::intrinsics>({.name = "intrinsics",
                                              .doc = "of the picture's own pixels, see intrinsics; they take the place "
                                                     "of the camera's, whatever its size",
@@ -185,6 +237,26 @@ FieldTable<BackdropSpec> fields_of(std::type_identity<BackdropSpec>) {
                                           .doc = "shapes of what the picture shows: they hide what goes behind them",
                                           .shape = "Proxies",
                                           .is_whole = true}),
+        field_at<&BackdropSpec::shadow>(
+            {.name = "shadow",
+             .doc = "of what moves, on what the picture shows. none; blob: about feet; mapped: of the scene's lights "
+                    "at quality beautiful, at simple as blob"}),
+        numbers_at<&BackdropSpec::plate_gain>(
+            {.name = "plate_gain",
+             .doc = "factors on the light of what is drawn, red, green and blue, so that white is that of the picture",
+             .fallback = "[1, 1, 1]"},
+            0.0, 100.0),
+        field_at<&BackdropSpec::edge_px>(
+            {.name = "edge_px",
+             .doc = "what is drawn is made as soft as the picture: standard deviation of a Gaussian",
+             .unit = "px",
+             .range = {0, 3}}),
+        field_at<&BackdropSpec::noise>({.name = "noise",
+                                        .doc = "noise on what is drawn, as that of the picture: its standard deviation "
+                                               "at a level of 0 to 255 is sqrt(read^2 + k * level)",
+                                        .null = "none",
+                                        .shape = "PlateNoise",
+                                        .is_whole = true}),
         structs_at<&BackdropSpec::ignore>(
             {.name = "ignore",
              .doc = "where the picture shows people or vehicles of its own, which truth does not know",

@@ -10,6 +10,7 @@
 
 #include "core/base/field_table.h"
 #include "core/base/named.h"
+#include "core/base/rate.h"
 #include "core/camera/intrinsics.h"
 
 /// What a user says of a picture of a real place that people walk in (docs/backdrops.md). Pixels are those of the
@@ -18,8 +19,9 @@ namespace camrig::world {
 
 struct BackdropFiles;
 
-/// plate: one picture of a camera that stands still.
-enum class BackdropKind : std::uint8_t { plate };
+/// plate: one picture of a camera that stands still. film: one after the other, of the same. panorama: what is all
+/// around a camera that may turn and zoom.
+enum class BackdropKind : std::uint8_t { plate, film, panorama };
 std::span<const Named<BackdropKind>> names_of(std::type_identity<BackdropKind>);
 
 /// What objects of the scene that stand still are to the picture. drawn: they stand in the place and are drawn into
@@ -59,6 +61,7 @@ struct ProxiesSpec {
     std::optional<GroundProxy> ground;
     std::vector<BoxProxy> boxes;
     std::vector<CutoutProxy> cutouts;
+    std::vector<GroundProxy> walkable;  ///< where people may go; no shapes. Empty: anywhere
     SceneInBackdrop scene = SceneInBackdrop::drawn;
     friend bool operator==(const ProxiesSpec&, const ProxiesSpec&) = default;
 
@@ -67,6 +70,18 @@ struct ProxiesSpec {
     }
 };
 FieldTable<ProxiesSpec> fields_of(std::type_identity<ProxiesSpec>);
+
+/// The shadows of what moves on what the picture shows. blob: about feet; mapped: of the lights, at quality beautiful,
+/// else as blob.
+enum class BackdropShadow : std::uint8_t { none, blob, mapped };
+std::span<const Named<BackdropShadow>> names_of(std::type_identity<BackdropShadow>);
+
+/// Of the picture, in codes of 255: its standard deviation at a level of 0 to 255 is sqrt(read^2 + k * level).
+struct PlateNoise {
+    double k = 0.0, read = 0.0;
+    friend bool operator==(const PlateNoise&, const PlateNoise&) = default;
+};
+FieldTable<PlateNoise> fields_of(std::type_identity<PlateNoise>);
 
 /// Where the picture shows something real that truth does not know: a person of that moment.
 struct IgnoredRegion {
@@ -77,10 +92,18 @@ struct IgnoredRegion {
 FieldTable<IgnoredRegion> fields_of(std::type_identity<IgnoredRegion>);
 
 struct BackdropSpec {
+    bool is_panorama() const { return kind == BackdropKind::panorama; }
+
     BackdropKind kind = BackdropKind::plate;
     std::string file;
+    std::optional<Rate> fps;                       ///< of a film; nullopt: what the file says
+    double yaw_deg = 0.0;                          ///< of a panorama: which way its middle looks
     std::optional<camera::Intrinsics> intrinsics;  ///< of the picture's own pixels; nullopt: the camera's
     ProxiesSpec proxies;
+    BackdropShadow shadow = BackdropShadow::mapped;
+    glm::dvec3 plate_gain{1.0};       ///< factor on the light of what is drawn, per channel
+    double edge_px = 0.0;             ///< standard deviation of the Gaussian that the picture's edges are soft by
+    std::optional<PlateNoise> noise;  ///< put on what is drawn; nullopt: none
     std::vector<IgnoredRegion> ignore;
     std::shared_ptr<const BackdropFiles> files;  ///< read by load_backdrop
     friend bool operator==(const BackdropSpec&, const BackdropSpec&) = default;

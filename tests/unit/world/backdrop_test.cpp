@@ -11,6 +11,8 @@
 #include "core/world/backdrop/scale_picture.h"
 #include "core/world/backdrop/triangulate.h"
 #include "core/world/camera_json.h"
+#include "core/world/read/check_walkable.h"
+#include "core/world/scene.h"
 
 namespace camrig::world::backdrop_test {
 namespace {
@@ -112,7 +114,7 @@ TEST(Backdrop, WhatIsWrongIsToldWithItsPlace) {
     const Case cases[] = {
         {R"({"proxies": {}})", "", "backdrop.file: is missing"},
         {R"({"file": "gate.png"})", "", "backdrop.proxies: there are none"},
-        {R"({"file": "gate.png", "kind": "film"})", "", "backdrop.kind: "},
+        {R"({"file": "gate.png", "kind": "movie"})", "", "backdrop.kind: "},
         {proxies(R"("ground": {"z": 1})"), "", "backdrop.proxies.ground: give one of polygon_m and polygon_px"},
         {proxies(R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]], "z": 4})"), "",
          "backdrop.proxies.ground.z: is not below the camera"},
@@ -155,9 +157,9 @@ TEST(Backdrop, PictureHasTheSidesOfTheCamera) {
     patch.size = ImageSize{400, 300};
     const auto half = patch_camera_spec(spec, patch);
     ASSERT_TRUE(half) << half.error().message;
-    EXPECT_EQ(half->backdrop_here->picture.size, (ImageSize{400, 300}));
-    EXPECT_EQ(half->backdrop_here->picture.rgba[0], 128);
-    EXPECT_EQ(half->backdrop_here->picture.rgba[3], 255);
+    EXPECT_EQ(half->backdrop_here->picture({})->size, (ImageSize{400, 300}));
+    EXPECT_EQ(half->backdrop_here->picture({})->rgba[0], 128);
+    EXPECT_EQ(half->backdrop_here->picture({})->rgba[3], 255);
 }
 
 TEST(Backdrop, IntrinsicsOfThePictureAreScaledWithIt) {
@@ -252,6 +254,44 @@ TEST(Triangles, CoverAPolygonOnceInEitherOrder) {
     }
     const std::vector<glm::dvec2> line{{0, 0}, {1, 1}, {2, 2}};
     EXPECT_THAT(triangles_of(line).error().message, HasSubstr("no area"));
+}
+
+/// Two pieces that touch, in the pictures of two cameras.
+TEST(Backdrop, RoutesStayOnWhatIsWalkable) {
+    Scene scene;
+    const std::string ground = R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]]}, "walkable": )";
+    scene.cameras.emplace_back();
+    scene.cameras.push_back(camera(proxies(ground + R"([{"polygon_m": [[0, 0], [10, 0], [10, 4], [0, 4]]}])")).value());
+    scene.cameras.push_back(
+        camera(proxies(ground + R"([{"polygon_m": [[10, 0], [14, 0], [14, 10], [12, 2], [10, 2]]}])")).value());
+    const auto message = [&](std::vector<glm::dvec3> points, bool closed = false) {
+        scene.routes = {{"across", {.points = std::move(points), .closed = closed}}};
+        const auto wrong = find_unwalkable(scene);
+        return wrong ? wrong->message : std::string();
+    };
+    EXPECT_EQ(message({{1, 1, 0}, {9, 1, 0}, {13, 1, 0}}), "") << "over the side that they share";
+    EXPECT_EQ(message({{0, 0, 0}, {10, 0, 0}, {10, 4, 0}, {0, 4, 0}}, true), "") << "along the border";
+    EXPECT_EQ(
+        message({{1, 1, 0}, {5, 4.1, 0}}),
+        "routes.across.points[1]: is outside of what is walkable (cameras[1].backdrop.proxies.walkable); move it, "
+        "or add ground there");
+    EXPECT_THAT(message({{1, 1, 0}, {9, 3.5, 0}, {13.5, 7, 0}}),
+                StartsWith("routes.across.points[1]: the way to the next point leaves what is walkable"));
+    EXPECT_EQ(message({{13.5, 7, 0}, {13.5, 1, 0}, {1, 1, 0}}), "");
+    EXPECT_THAT(message({{13.5, 7, 0}, {13.5, 1, 0}, {9, 3.9, 0}}, true),
+                StartsWith("routes.across.points[1]: the way to the next point"));
+    EXPECT_THAT(message({{13.5, 7, 0}, {13.5, 1, 0}, {9, 1, 0}}, true),
+                StartsWith("routes.across.points[2]: the way to the next point"))
+        << "a closed one comes back";
+    scene.routes.clear();
+    scene.areas["yard"].points = {{1, 1}, {9, 1}, {9, 5}};
+    EXPECT_THAT(find_unwalkable(scene).value().message, StartsWith("areas.yard.points[1]: the way to the next point"));
+    scene.cameras.resize(1);
+    EXPECT_FALSE(find_unwalkable(scene)) << "nobody said anything";
+    const auto far = camera(proxies(ground + R"([{"polygon_px": [[100, 560], [700, 580], [520, 20]]}])"));
+    ASSERT_FALSE(far);
+    EXPECT_THAT(far.error().message,
+                StartsWith("backdrop.proxies.walkable[0].polygon_px[2]: is over the horizon of the ground"));
 }
 
 }  // namespace
