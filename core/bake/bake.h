@@ -12,9 +12,9 @@
 namespace camrig::bake {
 
 struct BakeOptions {
-    double texels_per_m = 16.0;  ///< fewer where the map would be larger than max_side
+    double texels_per_m = 10.0;  ///< fewer where the map would be larger than max_side
     int max_side = 2048;
-    int rays = 512;                ///< of a texel
+    int rays = 256;                ///< of a texel
     int bounces = 5;               ///< before the last
     double probe_spacing_m = 1.0;  ///< wider where there would be more than max_probes
     int max_probes = 40000;

@@ -40,6 +40,7 @@ ELSEWHERE = {
     "docs/network.md": "minutes; test_network.py runs them shorter",
     "docs/onvif.md": "files of other programs and a server's start: test_onvif*.py start theirs with the same options",
     "docs/probe.md": "addresses of other machines; test_probe.py",
+    "docs/quality.md": "the scene is the reader's; test_bake.py has one",
     "docs/scene-format.md": "test_scene_schema.py loads them",
     "docs/streams.md": "players that need a display; test_clients.py and test_rtsp*.py have the same programs without one",
     "docs/truth.md": "a list of doors; test_truth.py and test_record.py use each",

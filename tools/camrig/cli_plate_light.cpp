@@ -24,7 +24,7 @@ struct LightOptions {
     fs::path photo, camera, scene, output;
     std::string name = "plate", sun, time, place, shadow, lit, shaded, white, edge;
     double north_deg = 90.0, reflectance = 0.9;
-    bool noise = false, backdrop_keys = false;
+    bool noise = false;
 };
 
 Result<json> numbers_of(const char* option, const std::string& text, std::size_t count) {
@@ -186,7 +186,7 @@ Result<void> write_scene(const LightOptions& options, const json& found) {
         (*scene)["lights"] = std::move(lights);
         (*scene)["environment"]["ambient"] = found["environment"]["ambient"];
     }
-    if (options.backdrop_keys && found.contains("backdrop")) {
+    if (found.contains("backdrop")) {
         const auto camera = camera_of(*scene, options.name, false);
         if (!camera) return at(options.scene.string(), camera.error());
         for (const auto& [key, value] : found["backdrop"].items()) (**camera)["backdrop"][key] = value;
@@ -242,8 +242,6 @@ void add_plate_light(CLI::App& plate, CliContext& context) {
                         "the calibrated camera, as `plate calibrate -o` writes it; for --shadow");
     command->add_option("--scene", options->scene, "scene file: has the camera, and gets the sun and the sky");
     command->add_option("--name", options->name, "of the camera in the scene; default plate");
-    command->add_flag("--backdrop-keys", options->backdrop_keys,
-                      "puts plate_gain, noise and edge_px into the camera's backdrop in the scene too");
     command->add_option("-o,--output", options->output, "writes all that was found as JSON");
     command->callback(
         [options, &context] { context.action = [options, &context] { return light(context, *options); }; });

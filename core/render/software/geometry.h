@@ -84,6 +84,8 @@ public:
     bool is_beautiful() const { return view_.quality == world::Quality::beautiful; }
     std::span<const ShadowInView> shadows() const { return shadows_; }
     const BakedPicture* baked() const { return baked_.get(); }
+    /// What a value of its map stands for.
+    const glm::vec3& light_of_map() const { return light_of_map_; }
     /// Of all that is kept of the view.
     std::int64_t bytes() const;
     const scene::AmbientInView& light() const { return light_; }
@@ -126,6 +128,7 @@ private:
     scene::AmbientInView light_;
     std::vector<ShadowInView> shadows_;
     std::shared_ptr<const BakedPicture> baked_;  ///< of quality beautiful
+    glm::vec3 light_of_map_{1.0f};
     std::vector<SurfaceLights> lights_;          ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;
     std::vector<ViewDraw> draws_;

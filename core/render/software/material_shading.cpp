@@ -115,7 +115,7 @@ CAMRIG_LANES Lanes3 light_around(const ViewGeometry& geometry, const ViewDraw& d
                                  const Lanes3& n) {
     if (draw.textures[light_slot] != nullptr) {
         const auto light = sampled<Isa>(draw, light_slot, TextureChannels::rgb, points);
-        return Lanes3{light[0], light[1], light[2]} * lanes(geometry.baked()->scale);
+        return Lanes3{light[0], light[1], light[2]} * splat(geometry.light_of_map());
     }
     if (draw.surroundings) {
         const Lanes3 light = splat(draw.surroundings->mean) + turned(draw.surroundings->along, n);

@@ -284,8 +284,8 @@ TEST(Backdrop, RoutesStayOnWhatIsWalkable) {
                 StartsWith("routes.across.points[2]: the way to the next point"))
         << "a closed one comes back";
     scene.routes.clear();
-    scene.areas["yard"].points = {{1, 1}, {9, 1}, {9, 5}};
-    EXPECT_THAT(find_unwalkable(scene).value().message, StartsWith("areas.yard.points[1]: the way to the next point"));
+    scene.areas["yard"].points = {{1, 1}, {13.5, 1}, {13.5, 7}};
+    EXPECT_THAT(find_unwalkable(scene).value().message, StartsWith("areas.yard.points[2]: the way to the next point"));
     scene.cameras.resize(1);
     EXPECT_FALSE(find_unwalkable(scene)) << "nobody said anything";
     const auto far = camera(proxies(ground + R"([{"polygon_px": [[100, 560], [700, 580], [520, 20]]}])"));

@@ -133,7 +133,7 @@ TEST_F(Film, WhatIsNoFilmIsSaidSo) {
 TEST_F(Film, APlateIsScaledWhereItIsRead) {
     std::filesystem::resize_file(path_, first_bytes_);
     CameraPatch patch;
-    patch.size = ImageSize{16, 8};
+    patch.size = ImageSize{64, 32};
     patch.backdrop.emplace(BackdropSpec{});
     BackdropSpec& spec = **patch.backdrop;
     spec.file = path_.string();
@@ -149,7 +149,7 @@ TEST_F(Film, APlateIsScaledWhereItIsRead) {
     ASSERT_TRUE(camera) << camera.error().message;
     EXPECT_EQ(camera->backdrop_here->picture({}), spec.files->scaled);
     CameraPatch larger;
-    larger.size = ImageSize{64, 32};
+    larger.size = ImageSize{128, 64};
     EXPECT_EQ(patch_camera_spec(*camera, larger).value().backdrop_here->picture({})->size, *larger.size);
 }
 

@@ -1,0 +1,111 @@
+"""`camrig bake`: a scene's light in a file beside it, what quality beautiful makes of it, and what becomes of a file that is no longer right."""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+
+import numpy as np
+import pytest
+
+import camrig
+CAMRIG = os.environ["CAMRIG_BIN"]
+
+#: A room with a lamp and a closed box; nothing of the sky comes in.
+ROOM = {
+    "camrig_scene": 1, "name": "room",
+    "environment": {"ambient": {"sky": [0.6, 0.6, 0.6], "ground": [0.6, 0.6, 0.6]}},
+    "models": {
+        "floor": {"shape": "box", "size": [6, 6, 0.2], "color": [0.5, 0.5, 0.5]}, "side": {"shape": "box", "size": [0.2, 6, 3], "color": [0.5, 0.5, 0.5]},
+        "end": {"shape": "box", "size": [5.6, 0.2, 3], "color": [0.5, 0.5, 0.5]}, "crate": {"shape": "box", "size": [0.8, 0.8, 0.8], "color": [0.5, 0.1, 0.1]},
+    },
+    "objects": [
+        {"name": "floor", "model": "floor", "position": [0, 0, -0.2]}, {"name": "roof", "model": "floor", "position": [0, 0, 3]},
+        {"name": "east", "model": "side", "position": [2.9, 0, 0]}, {"name": "west", "model": "side", "position": [-2.9, 0, 0]},
+        {"name": "north", "model": "end", "position": [0, 2.9, 0]}, {"name": "south", "model": "end", "position": [0, -2.9, 0]},
+        {"name": "crate", "model": "crate", "position": [0.5, 0.5, 0]},
+    ],
+    "lights": [{"name": "lamp", "type": "point", "position": [-0.5, 0, 2.4], "intensity": 2}],
+    "events": [{"name": "off", "when": {"at_s": 1}, "do": [{"action": "light", "light": "lamp", "intensity": 0}]}],
+    "cameras": [{"name": "eye", "size": [320, 240], "vfov_deg": 70, "pose": {"position": [-2.4, -2.4, 2], "pan_deg": 45, "tilt_deg": -25}, "quality": "beautiful"}],
+}
+COARSE = ("--texels-per-m", "6", "--rays", "64")
+
+
+def bake(*words, code=0):
+    done = subprocess.run([CAMRIG, "bake", *map(str, words)], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == code, done.stderr
+    return done
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory):
+    scene = tmp_path_factory.mktemp("bake") / "room.json"
+    scene.write_text(json.dumps(ROOM))
+    bake(scene, *COARSE)
+    return scene
+
+
+def pictures(scene: pathlib.Path, **options):
+    """Before and after the lamp is switched off, as mean codes."""
+    with camrig.start(str(scene), mode="lockstep", **options) as rig:
+        rig.step(seconds=0.5)
+        lit = rig.camera("eye").frame().image.astype(int)
+        rig.step(seconds=1)
+        return lit, rig.camera("eye").frame().image.astype(int)
+
+
+def test_a_room_is_lit_by_its_lamp_and_no_more_when_it_is_switched_off(room, tmp_path):
+    lit, dark = pictures(room)
+    assert lit.mean() > 60 and dark.max() <= 2  # no sky comes in, and the switch took no bake
+    (tmp_path / "room.json").write_text(room.read_text())
+    _, plain = pictures(tmp_path / "room.json")
+    assert plain.mean() > 60  # without the file the sky shines through walls
+    # Behind the crate the floor has only what walls reflect: darker than beside it, and not black.
+    with camrig.start(str(room), mode="lockstep") as rig:
+        rig.step(seconds=0.5)
+        eye = rig.camera("eye")
+        (u, v), (su, sv) = eye.project(np.array([[-0.6, 1.2, 0], [1.25, 0.75, 0]]))
+        picture = eye.frame().image.astype(int)
+    assert 4 < picture[int(sv), int(su)].mean() < 0.8 * picture[int(v), int(u)].mean()
+
+
+def test_the_same_scene_gives_the_same_bytes(room, tmp_path):
+    bake(room, *COARSE, "--threads", "1", "-o", tmp_path / "again.light")
+    assert (tmp_path / "again.light").read_bytes() == room.with_suffix(".light").read_bytes()
+
+
+def test_a_light_of_another_state_is_told_and_left_alone(room, tmp_path):
+    scene = tmp_path / "room.json"
+    changed = json.loads(room.read_text())
+    changed["objects"][-1]["position"][0] += 0.1
+    scene.write_text(json.dumps(changed))
+    (tmp_path / "room.light").write_bytes(room.with_suffix(".light").read_bytes())
+    assert "up to date" in bake(room, "--check").stdout
+    told = bake(scene, "--check", code=1).stderr
+    assert told.startswith("camrig: bake: ") and "room.light: the scene's shapes or lamps are others since it was baked" in told
+    stale, _ = pictures(scene)
+    (tmp_path / "room.light").unlink()
+    assert (stale == pictures(scene)[0]).all()
+    (tmp_path / "room.light").write_bytes(b"camrig light 1\nnothing")
+    assert (stale == pictures(scene)[0]).all()
+    assert "room.light: " in bake(scene, "--check", code=1).stderr
+
+
+def test_what_is_wrong_is_said_in_one_line(room, tmp_path):
+    assert "none.json" in bake(tmp_path / "none.json", code=1).stderr
+    assert bake(tmp_path / "none.json", code=1).stderr.count("\n") == 1
+    assert "--rays" in bake(room, "--rays", "3", code=2).stderr
+    empty = tmp_path / "empty.json"
+    empty.write_text(json.dumps({"camrig_scene": 1, "name": "empty", "models": {}, "objects": []}))
+    assert "nothing in this scene stands still and is lit" in bake(empty, code=1).stderr
+
+
+def test_it_ends_at_once_when_it_is_interrupted_and_leaves_nothing(room, tmp_path):
+    out = tmp_path / "never.light"
+    process = subprocess.Popen([CAMRIG, "bake", room, "--texels-per-m", "30", "--rays", "2048", "-o", out], stderr=subprocess.PIPE, text=True)
+    assert "%" in process.stderr.readline()
+    process.send_signal(signal.SIGINT)
+    _, told = process.communicate(timeout=20)
+    assert process.returncode == 1 and "it was ended" in told and not out.exists()
