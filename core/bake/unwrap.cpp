@@ -18,7 +18,7 @@ using Corners = std::array<std::uint32_t, 3>;
 
 /// Normals of a chart's triangles lean at most so far from the chart's: cos(37 deg).
 constexpr double least_cosine = 0.8;
-/// Around a chart, so that filtering at its border reads nothing else.
+/// Around a chart, so that no texel that it is filtered from is nearer to another one (LightMap).
 constexpr int padding = 1;
 
 struct Mesh {
