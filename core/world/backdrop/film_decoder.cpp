@@ -7,13 +7,7 @@
 #include <optional>
 #include <string>
 
-extern "C" {
-#include <libavcodec/avcodec.h>
-#include <libavformat/avformat.h>
-#include <libavutil/display.h>
-#include <libavutil/pixdesc.h>
-#include <libswscale/swscale.h>
-}
+#include "core/world/backdrop/libav_library.h"
 
 namespace camrig::world {
 namespace libav {
@@ -24,19 +18,25 @@ constexpr std::size_t max_pictures = 1'000'000;
 /// Names of libav's demuxers. Others open what a text in the file names.
 constexpr const char* formats = "mov,mp4,m4a,3gp,3g2,mj2,matroska,webm,avi,mjpeg,mpegts,ogg,flv,nut";
 
+/// Once a decoder was made.
+const LibavLibrary& av() {
+    static const LibavLibrary* const library = LibavLibrary::open().value();
+    return *library;
+}
+
 template <auto function>
 struct FreedBy {
     template <typename T>
     void operator()(T* one) const {
-        function(&one);
+        (av().*function)(&one);
     }
 };
-using Format = std::unique_ptr<AVFormatContext, FreedBy<avformat_close_input>>;
-using Codec = std::unique_ptr<AVCodecContext, FreedBy<avcodec_free_context>>;
-using Packet = std::unique_ptr<AVPacket, FreedBy<av_packet_free>>;
-using Frame = std::unique_ptr<AVFrame, FreedBy<av_frame_free>>;
+using Format = std::unique_ptr<AVFormatContext, FreedBy<&LibavLibrary::avformat_close_input>>;
+using Codec = std::unique_ptr<AVCodecContext, FreedBy<&LibavLibrary::avcodec_free_context>>;
+using Packet = std::unique_ptr<AVPacket, FreedBy<&LibavLibrary::av_packet_free>>;
+using Frame = std::unique_ptr<AVFrame, FreedBy<&LibavLibrary::av_frame_free>>;
 struct FreeScaler {
-    void operator()(SwsContext* one) const { sws_freeContext(one); }
+    void operator()(SwsContext* one) const { av().sws_freeContext(one); }
 };
 using Scaler = std::unique_ptr<SwsContext, FreeScaler>;
 
@@ -46,19 +46,19 @@ std::unexpected<Error> no_film(std::string why, ErrorKind kind = ErrorKind::inva
 
 std::string words_of(int error) {
     char text[AV_ERROR_MAX_STRING_SIZE] = "";
-    av_strerror(error, text, sizeof text);
+    av().av_strerror(error, text, sizeof text);
     return text;
 }
 
 Result<Format> opened(const std::filesystem::path& file) {
     static std::once_flag quiet;
-    std::call_once(quiet, [] { av_log_set_level(AV_LOG_QUIET); });
+    std::call_once(quiet, [] { av().av_log_set_level(AV_LOG_QUIET); });
     AVFormatContext* format = nullptr;
     AVDictionary* options = nullptr;
-    av_dict_set(&options, "protocol_whitelist", "file", 0);
-    av_dict_set(&options, "format_whitelist", formats, 0);
-    const int error = avformat_open_input(&format, ("file:" + file.string()).c_str(), nullptr, &options);
-    av_dict_free(&options);
+    av().av_dict_set(&options, "protocol_whitelist", "file", 0);
+    av().av_dict_set(&options, "format_whitelist", formats, 0);
+    const int error = av().avformat_open_input(&format, ("file:" + file.string()).c_str(), nullptr, &options);
+    av().av_dict_free(&options);
     if (error == AVERROR(ENOENT)) return no_film("no such file", ErrorKind::not_found);
     if (error < 0)
         return no_film("no film that is read here (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG): " + words_of(error));
@@ -67,11 +67,17 @@ Result<Format> opened(const std::filesystem::path& file) {
 
 /// 0: upright.
 int turned_deg(const AVStream& stream) {
-    const std::uint8_t* const matrix = av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+#if LIBAVFORMAT_VERSION_INT >= AV_VERSION_INT(60, 15, 100)
+    const AVPacketSideData* const side = av().av_packet_side_data_get(
+        stream.codecpar->coded_side_data, stream.codecpar->nb_coded_side_data, AV_PKT_DATA_DISPLAYMATRIX);
+    const std::uint8_t* const matrix = side != nullptr ? side->data : nullptr;
+#else
+    const std::uint8_t* const matrix = av().av_stream_get_side_data(&stream, AV_PKT_DATA_DISPLAYMATRIX, nullptr);
+#endif
     if (matrix == nullptr) return 0;
     std::int32_t numbers[9];
     std::memcpy(numbers, matrix, sizeof numbers);
-    const double angle = av_display_rotation_get(numbers);
+    const double angle = av().av_display_rotation_get(numbers);
     // A mirrored picture has the turn 0 or 180, and a determinant below 0.
     const bool is_mirrored =
         static_cast<double>(numbers[0]) * numbers[4] < static_cast<double>(numbers[1]) * numbers[3];
@@ -120,6 +126,7 @@ AVPixelFormat without_range(AVPixelFormat format) {
 class LibavDecoder : public FilmDecoder {
 public:
     static Result<std::unique_ptr<FilmDecoder>> create(const std::filesystem::path& file) {
+        if (auto library = LibavLibrary::open(); !library) return std::unexpected(library.error());
         std::unique_ptr<LibavDecoder> made(new LibavDecoder(file));
         if (auto good = made->begin(); !good) return std::unexpected(good.error());
         return made;
@@ -129,7 +136,10 @@ public:
 
 private:
     explicit LibavDecoder(std::filesystem::path file)
-        : file_(std::move(file)), packet_(av_packet_alloc()), frame_(av_frame_alloc()), rgba_(av_frame_alloc()) {}
+        : file_(std::move(file)),
+          packet_(av().av_packet_alloc()),
+          frame_(av().av_frame_alloc()),
+          rgba_(av().av_frame_alloc()) {}
     Result<void> begin();
     AVStream& stream() const { return *format_->streams[stream_]; }
     /// Decodes the next picture into frame_; false: there is none.
@@ -154,21 +164,21 @@ Result<void> LibavDecoder::begin() {
     auto format = opened(file_);
     if (!format) return std::unexpected(format.error());
     format_ = std::move(*format);
-    if (const int error = avformat_find_stream_info(format_.get(), nullptr); error < 0)
+    if (const int error = av().avformat_find_stream_info(format_.get(), nullptr); error < 0)
         return no_film("cannot be read: " + words_of(error));
     const AVCodec* decoder = nullptr;
-    stream_ = av_find_best_stream(format_.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
+    stream_ = av().av_find_best_stream(format_.get(), AVMEDIA_TYPE_VIDEO, -1, -1, &decoder, 0);
     if (stream_ < 0 || decoder == nullptr) return no_film("has no pictures that can be decoded");
     for (unsigned i = 0; i < format_->nb_streams; ++i)
         if (static_cast<int>(i) != stream_) format_->streams[i]->discard = AVDISCARD_ALL;
     if (auto good = check(stream()); !good) return good;
-    codec_.reset(avcodec_alloc_context3(decoder));
-    if (codec_ == nullptr || avcodec_parameters_to_context(codec_.get(), stream().codecpar) < 0)
+    codec_.reset(av().avcodec_alloc_context3(decoder));
+    if (codec_ == nullptr || av().avcodec_parameters_to_context(codec_.get(), stream().codecpar) < 0)
         return no_film("no memory for its decoder", ErrorKind::resource_exhausted);
     codec_->thread_count = 1;
     codec_->pkt_timebase = stream().time_base;
     codec_->max_pixels = std::int64_t{max_side} * max_side;
-    if (const int error = avcodec_open2(codec_.get(), decoder, nullptr); error < 0)
+    if (const int error = av().avcodec_open2(codec_.get(), decoder, nullptr); error < 0)
         return no_film("its decoder: " + words_of(error));
     last_time_.reset();
     is_at_end_ = false;
@@ -178,11 +188,11 @@ Result<void> LibavDecoder::begin() {
 Result<FilmIndex> LibavDecoder::index() {
     FilmIndex made{
         .size = {stream().codecpar->width, stream().codecpar->height}, .rate = {}, .times = {}, .starts = {}};
-    while (av_read_frame(format_.get(), packet_.get()) >= 0) {
+    while (av().av_read_frame(format_.get(), packet_.get()) >= 0) {
         const bool is_shown = packet_->stream_index == stream_ && (packet_->flags & AV_PKT_FLAG_DISCARD) == 0;
         const std::int64_t time = packet_->pts != AV_NOPTS_VALUE ? packet_->pts : packet_->dts;
         const bool is_start = (packet_->flags & AV_PKT_FLAG_KEY) != 0;
-        av_packet_unref(packet_.get());
+        av().av_packet_unref(packet_.get());
         if (!is_shown) continue;
         if (time == AV_NOPTS_VALUE) return no_film("its pictures have no times; save it as MP4 or Matroska");
         if (made.times.size() == max_pictures) return no_film("has more than a million pictures");
@@ -203,28 +213,28 @@ Result<FilmIndex> LibavDecoder::index() {
 
 bool LibavDecoder::next() {
     for (;;) {
-        const int got = avcodec_receive_frame(codec_.get(), frame_.get());
+        const int got = av().avcodec_receive_frame(codec_.get(), frame_.get());
         if (got >= 0) {
             last_time_ = frame_->best_effort_timestamp;
             return true;
         }
         if (got == AVERROR_EOF || is_at_end_) return false;
-        if (const int read = av_read_frame(format_.get(), packet_.get()); read < 0) {
+        if (const int read = av().av_read_frame(format_.get(), packet_.get()); read < 0) {
             is_at_end_ = true;
-            avcodec_send_packet(codec_.get(), nullptr);
+            av().avcodec_send_packet(codec_.get(), nullptr);
             continue;
         }
         // What is damaged is left out: the pictures that need it are not found.
-        if (packet_->stream_index == stream_) avcodec_send_packet(codec_.get(), packet_.get());
-        av_packet_unref(packet_.get());
+        if (packet_->stream_index == stream_) av().avcodec_send_packet(codec_.get(), packet_.get());
+        av().av_packet_unref(packet_.get());
     }
 }
 
 Result<void> LibavDecoder::seek(std::int64_t time) {
     last_time_.reset();
     is_at_end_ = false;
-    avcodec_flush_buffers(codec_.get());
-    if (av_seek_frame(format_.get(), stream_, time, AVSEEK_FLAG_BACKWARD) >= 0) return {};
+    av().avcodec_flush_buffers(codec_.get());
+    if (av().av_seek_frame(format_.get(), stream_, time, AVSEEK_FLAG_BACKWARD) >= 0) return {};
     return begin();
 }
 
@@ -258,22 +268,22 @@ Result<Image> LibavDecoder::converted(ImageSize size) {
     const auto format = static_cast<AVPixelFormat>(frame_->format);
     const AVPixelFormat plain = without_range(format);
     constexpr int flags = SWS_BILINEAR | SWS_FULL_CHR_H_INT | SWS_ACCURATE_RND | SWS_BITEXACT;
-    scaler_.reset(sws_getCachedContext(scaler_.release(), size.width, size.height, plain, size.width, size.height,
-                                       AV_PIX_FMT_RGBA, flags, nullptr, nullptr, nullptr));
+    scaler_.reset(av().sws_getCachedContext(scaler_.release(), size.width, size.height, plain, size.width, size.height,
+                                            AV_PIX_FMT_RGBA, flags, nullptr, nullptr, nullptr));
     if (scaler_ == nullptr) return no_film("its pixels are of a format that cannot be converted");
     const bool is_full = plain != format || frame_->color_range == AVCOL_RANGE_JPEG;
     const bool is_709 = frame_->colorspace == AVCOL_SPC_BT709 ||
                         (frame_->colorspace == AVCOL_SPC_UNSPECIFIED && plain == format && size.height >= 720);
-    sws_setColorspaceDetails(scaler_.get(), sws_getCoefficients(is_709 ? SWS_CS_ITU709 : SWS_CS_ITU601), is_full,
-                             sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, 1 << 16, 1 << 16);
+    av().sws_setColorspaceDetails(scaler_.get(), av().sws_getCoefficients(is_709 ? SWS_CS_ITU709 : SWS_CS_ITU601),
+                                  is_full, av().sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, 1 << 16, 1 << 16);
     // libswscale writes whole groups of pixels: into rows with room for them.
     if (rgba_->buf[0] == nullptr) {
         rgba_->format = AV_PIX_FMT_RGBA;
         rgba_->width = size.width;
         rgba_->height = size.height;
-        if (av_frame_get_buffer(rgba_.get(), 64) < 0) return no_film("no memory", ErrorKind::resource_exhausted);
+        if (av().av_frame_get_buffer(rgba_.get(), 64) < 0) return no_film("no memory", ErrorKind::resource_exhausted);
     }
-    sws_scale(scaler_.get(), frame_->data, frame_->linesize, 0, size.height, rgba_->data, rgba_->linesize);
+    av().sws_scale(scaler_.get(), frame_->data, frame_->linesize, 0, size.height, rgba_->data, rgba_->linesize);
     Image image{.size = size, .rgba = std::vector<std::uint8_t>(static_cast<std::size_t>(size.pixels()) * 4)};
     const std::size_t row = static_cast<std::size_t>(size.width) * 4;
     for (int y = 0; y < size.height; ++y)
