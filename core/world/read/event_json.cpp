@@ -189,8 +189,7 @@ std::vector<Kind<Action>> make_actions() {
             {.name = "environment", .doc = "changes the surroundings"},
             {new_color<&EnvironmentAction::background>("background"), new_color<&EnvironmentAction::sky>("sky"),
              new_color<&EnvironmentAction::ground>("ground"),
-             field_at<&EnvironmentAction::exposure>(
-                 {.name = "exposure", .fallback = "as it is", .range = {1e-6, 1e6}}),
+             field_at<&EnvironmentAction::exposure>({.name = "exposure", .fallback = "as it is", .range = {1e-6, 1e6}}),
              field_at<&EnvironmentAction::glow>({.name = "glow", .fallback = "as it is", .range = {0.0, 1e6}})}),
         kind_of<Action, CameraAction>(
             {.name = "camera",
