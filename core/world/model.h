@@ -98,9 +98,9 @@ struct Primitive {
     std::vector<glm::u16vec4> joints;  ///< indices into the skin's joints
     std::vector<glm::vec4> weights;    ///< sum to 1
     std::vector<MorphTarget> targets;
-    std::vector<std::uint32_t> indices;  ///< never empty
+    std::vector<std::uint32_t> indices;        ///< never empty
     std::vector<glm::vec2> light_coordinates;  ///< of what has baked light (BakedPrimitive); empty for all else
-    Box bounds;                          ///< of the unskinned, unmorphed positions
+    Box bounds;                                ///< of the unskinned, unmorphed positions
 };
 
 struct Mesh {

@@ -129,7 +129,7 @@ private:
     std::vector<ShadowInView> shadows_;
     std::shared_ptr<const BakedPicture> baked_;  ///< of quality beautiful
     glm::vec3 light_of_map_{1.0f};
-    std::vector<SurfaceLights> lights_;          ///< per light set of the scene; made when first drawn with
+    std::vector<SurfaceLights> lights_;  ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;
     std::vector<ViewDraw> draws_;
     std::vector<ScreenVertex> vertices_;
