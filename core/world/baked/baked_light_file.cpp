@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <numbers>
 #include <string>
 
 #include <glm/gtc/packing.hpp>
@@ -12,6 +13,7 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/json_reader.h"
+#include "core/base/portable_math.h"
 #include "core/world/gltf/failure.h"
 #include "core/world/gltf/resources.h"
 #include "core/world/scene_reader.h"
@@ -33,12 +35,13 @@ constexpr int steps_of_doubling = 128, least_doubling = -14, last_code = 128 * 3
 
 std::uint16_t code_of(float value) {
     if (!(value > 0.0f)) return 0;
-    const double at = (std::log2(static_cast<double>(value)) - least_doubling) * steps_of_doubling + 1.0;
+    const double at =
+        (portable::log(static_cast<double>(value)) / std::numbers::ln2 - least_doubling) * steps_of_doubling + 1.0;
     return static_cast<std::uint16_t>(std::clamp(std::lround(at), 0l, long{last_code}));
 }
 float value_of(std::uint16_t code) {
     if (code == 0) return 0.0f;
-    return static_cast<float>(std::exp2((code - 1.0) / steps_of_doubling + least_doubling));
+    return static_cast<float>(portable::exp(((code - 1.0) / steps_of_doubling + least_doubling) * std::numbers::ln2));
 }
 
 /// Differences are small where light is smooth: green to the texel on the left, red and blue to their green.
