@@ -83,11 +83,13 @@ bool lay_out(const PlacedScene& scene, int max_side, BakedLight& light) {
         made.scale = object.scale;
         for (const PlacedSurface& surface : scene.statics().all()) {
             if (surface.object != object.info.get() || !takes_part(surface)) continue;
-            const ImageSize size = model->primitives[surface.primitive->number].size;
-            if (size.width == 0) continue;
+            if (model->primitives[surface.primitive->number].size.width == 0) continue;
             made.surfaces.push_back({surface.node, surface.primitive->number, 0, 0});
-            sizes.push_back(size);
-            owners.emplace_back(light.objects.size() - 1, made.surfaces.size() - 1);
+        }
+        std::ranges::sort(made.surfaces, world::is_before);
+        for (std::size_t i = 0; i < made.surfaces.size(); ++i) {
+            sizes.push_back(model->primitives[made.surfaces[i].primitive].size);
+            owners.emplace_back(light.objects.size() - 1, i);
         }
     }
     const auto packed = pack_tightly(sizes, max_side);

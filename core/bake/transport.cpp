@@ -67,7 +67,13 @@ public:
           lights_(lights),
           grid_(grid),
           options_(options),
-          team_(std::max(1, options.threads)) {}
+          team_(std::max(1, options.threads)) {
+        for (world::Light light : lights) {
+            light.color = glm::vec3(1.0f);
+            light.intensity = 1.0f;
+            of_strength_1_.push_back(render::scene::light_in_view(light, {}, 1.0f));
+        }
+    }
 
     Transport solve();
 
@@ -90,6 +96,7 @@ private:
     const LightMap& map_;
     std::span<const Source> sources_;
     std::span<const world::Light> lights_;
+    std::vector<render::scene::LightInView> of_strength_1_;  ///< the same, where they are in the world
     const world::ProbeGrid& grid_;
     const TransportOptions& options_;
     render::software::ThreadTeam team_;
@@ -116,13 +123,10 @@ bool Solver::run(std::size_t count, double share, const std::function<void(std::
 }
 
 glm::vec3 Solver::direct(const MapPlace& place, const Source& source, bool both_sides) const {
-    world::Light light = lights_[source.lamp];
-    light.color = glm::vec3(1.0f);
-    light.intensity = 1.0f;
-    const auto in_view = render::scene::light_in_view(light, {}, 1.0f);
+    const render::scene::LightInView& in_view = of_strength_1_[source.lamp];
     glm::vec3 towards = in_view.towards;
     float share = 1.0f, length = 1e30f;
-    if (light.type != world::LightType::directional) {
+    if (lights_[source.lamp].type != world::LightType::directional) {
         const auto at = render::software::light_at<render::software::OnePoint>(in_view, place.position);
         towards = at.towards;
         share = at.share;

@@ -4,7 +4,7 @@
 #include <sstream>
 #include <thread>
 
-#include "core/world/baked/baked_light_file.h"
+#include "core/world/baked/baked_light_header.h"
 
 namespace camrig::cli {
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <string_view>
 
 #include "core/world/model_lights.h"
 
@@ -13,6 +14,10 @@ bool same_objects(const world::StaticSet& a, const world::StaticSet& b) {
         return x.info == y.info && x.position == y.position && x.orientation == y.orientation && x.scale == y.scale &&
                x.clips.empty() && y.clips.empty();
     });
+}
+
+bool stands_as_then(const world::Instance& object, const world::BakedObject& then) {
+    return object.position == then.position && object.orientation == then.orientation && object.scale == then.scale;
 }
 
 }  // namespace
@@ -86,17 +91,12 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     }
 }
 
-void PlacedSurfaces::find_baked(const world::Instance& instance, const world::BakedLight& light) {
-    const auto object = std::ranges::find(light.objects, instance.info->name, &world::BakedObject::name);
-    if (object == light.objects.end() || object->position != instance.position ||
-        object->orientation != instance.orientation || object->scale != instance.scale)
-        return;
-    for (PlacedSurface& surface : surfaces_) {
-        if (surface.object != instance.info.get()) continue;
-        const auto baked = std::ranges::find_if(object->surfaces, [&](const world::BakedSurface& of) {
-            return of.node == surface.node && of.primitive == surface.primitive->number;
-        });
-        if (baked != object->surfaces.end() && !surface.primitive->source->light_coordinates.empty())
+void PlacedSurfaces::find_baked(std::size_t first, const world::BakedObject& object) {
+    for (PlacedSurface& surface : std::span(surfaces_).subspan(first)) {
+        const world::BakedSurface wanted{.node = surface.node, .primitive = surface.primitive->number};
+        const auto baked = std::ranges::lower_bound(object.surfaces, wanted, world::is_before);
+        if (baked != object.surfaces.end() && !world::is_before(wanted, *baked) &&
+            !surface.primitive->source->light_coordinates.empty())
             surface.light_map_at = {baked->x, baked->y};
     }
 }
@@ -171,10 +171,15 @@ void PlacedScene::place_statics(const std::shared_ptr<const world::StaticSet>& s
     statics_.clear();
     light_sets_.truncate(0);
     static_set_ = statics;
-    for (const world::Instance& object : statics->objects)
-        statics_.add(object, *models_, light_sets_, lights(), environment().exposure);
+    std::map<std::string_view, const world::BakedObject*> baked;
     if (statics->baked_light != nullptr)
-        for (const world::Instance& object : statics->objects) statics_.find_baked(object, *statics->baked_light);
+        for (const world::BakedObject& object : statics->baked_light->objects) baked[object.name] = &object;
+    for (const world::Instance& object : statics->objects) {
+        const std::size_t first = statics_.all().size();
+        statics_.add(object, *models_, light_sets_, lights(), environment().exposure);
+        const auto found = baked.find(object.info->name);
+        if (found != baked.end() && stands_as_then(object, *found->second)) statics_.find_baked(first, *found->second);
+    }
     for (const PlacedSurface& surface : statics_.all())
         if (surface.deformation >= 0) statics_.deform(surface);
     own_light_sets_ = static_light_sets_ = light_sets_.size();

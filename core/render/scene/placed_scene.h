@@ -70,8 +70,8 @@ public:
     void add(const world::Instance& instance, PreparedModels& models, LightTable& light_sets,
              std::span<const world::Light> lights, float exposure);
     /// Under the lights of another static set.
-    /// Where the surfaces of an object have their baked light.
-    void find_baked(const world::Instance& instance, const world::BakedLight& light);
+    /// Those from `first` on are of this object: where they have their baked light.
+    void find_baked(std::size_t first, const world::BakedObject& object);
     void light_anew(LightTable& light_sets, std::span<const world::Light> lights, float exposure);
     std::span<const PlacedSurface> all() const { return surfaces_; }
     /// Those that are blended, into all().

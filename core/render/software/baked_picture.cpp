@@ -18,8 +18,11 @@ SampledTexture use_of(const BakedPicture& picture, const world::Primitive& primi
 }  // namespace
 
 std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& statics) {
-    if (statics.baked_light == nullptr) return nullptr;
     const std::lock_guard lock(mutex_);
+    if (statics.baked_light == nullptr) {
+        last_.reset();
+        return nullptr;
+    }
     std::vector<glm::vec3> weights = scene::layer_weights(statics);
     if (last_ != nullptr && last_->light == statics.baked_light && last_->weights == weights) return last_;
     auto made = std::make_shared<BakedPicture>();

@@ -64,6 +64,10 @@ struct BakedSurface {
     std::uint16_t x = 0, y = 0;
     friend bool operator==(const BakedSurface&, const BakedSurface&) = default;
 };
+/// By node, then primitive.
+inline bool is_before(const BakedSurface& a, const BakedSurface& b) {
+    return a.node != b.node ? a.node < b.node : a.primitive < b.primitive;
+}
 
 /// An object as it stood then. Elsewhere it has no light of the map.
 struct BakedObject {
@@ -71,7 +75,7 @@ struct BakedObject {
     glm::dvec3 position{0.0};
     glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
     double scale = 1.0;
-    std::vector<BakedSurface> surfaces;  ///< by node, then primitive
+    std::vector<BakedSurface> surfaces;  ///< in the order of is_before()
 };
 
 /// Places in the open, at the corners of cubes.

@@ -14,9 +14,6 @@ namespace camrig::world {
 /// The file of a scene's light: beside the scene's, with this ending.
 inline constexpr const char* baked_light_ending = ".light";
 inline constexpr std::size_t max_baked_light_bytes = std::size_t{256} << 20;  ///< of a file
-inline constexpr int max_light_map_side = 8192;
-inline constexpr std::size_t max_light_layers = 64;
-inline constexpr std::size_t max_light_probes = 1 << 20;
 
 /// Light as bytes. Texels keep 1/180 of their value, from 2^-14 to 2^16.
 std::vector<std::byte> encode_baked_light(const BakedLight& light);

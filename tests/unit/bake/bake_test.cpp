@@ -57,6 +57,27 @@ TEST(Bake, ALampsShadowIsDark) {
     EXPECT_GT(light_at(scene, light, layer, "ground", {-1.5, 0, 0}, up).g, 0.1);
 }
 
+TEST(Bake, AFaceIsNotFilteredFromAnothersTexels) {
+    // A lamp over a black block: its top is lit, and no point of its sides sees the lamp.
+    const auto scene = scene_of({{"block", {0, 0, 0}, {1.37, 0.91, 0.6}, 0.0}},
+                                R"(, "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 1.5]}])");
+    for (const double texels_per_m : {2.0, 3.7, 8.0}) {
+        const world::BakedLight light = baked(scene, {.texels_per_m = texels_per_m, .rays = 16});
+        const std::size_t layer = layer_of(light, LightSource::lamp);
+        EXPECT_GT(light_at(scene, light, layer, "block", {0.1, 0.1, 0.6}, up).g, 0.9);
+        for (double share = -0.499; share < 0.5; share += 0.0499) {
+            for (const double z : {0.0, 0.3, 0.6}) {
+                for (const double side : {-1.0, 1.0}) {
+                    EXPECT_LT(light_at(scene, light, layer, "block", {side * 0.685, 0.91 * share, z}, {side, 0, 0}).g,
+                              1e-3);
+                    EXPECT_LT(light_at(scene, light, layer, "block", {1.37 * share, side * 0.455, z}, {0, side, 0}).g,
+                              1e-3);
+                }
+            }
+        }
+    }
+}
+
 TEST(Bake, OfTheSunOnlyWhatIsReflectedIsInTheMap) {
     // A black floor takes nothing from itself; under a white roof's edge it has what the wall sends.
     const auto scene =

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
+#include "core/world/baked/baked_light_header.h"
 #include "tests/unit/bake/scenes.h"
 
 namespace camrig::world {
@@ -45,6 +46,24 @@ TEST_F(BakedFile, IsOfOneStateOfItsScene) {
     const auto stronger = bake::scene_of(
         boxes, R"(, "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 1], "intensity": 3}])");
     EXPECT_TRUE(decode_baked_light(bytes, *stronger).has_value()) << "strengths are not baked";
+}
+
+TEST_F(BakedFile, TakesNoMemoryForMoreTexelsThanCanBe) {
+    nlohmann::json text = baked_light_header(light);
+    text["size"] = {8192, 8192};
+    const auto read = read_baked_light_header(text, *scene);
+    ASSERT_FALSE(read.has_value());
+    EXPECT_EQ(read.error().kind, ErrorKind::resource_exhausted);
+    EXPECT_THAT(read.error().message, ::testing::HasSubstr("layers: more than"));
+}
+
+TEST_F(BakedFile, HasTheTrianglesOfTheModelsFile) {
+    BakedLight forged = light;
+    auto& indices = forged.models[0].primitives[0].indices;
+    std::swap(indices[0], indices[1]);
+    const auto read = decode_baked_light(encode_baked_light(forged), *scene);
+    ASSERT_FALSE(read.has_value());
+    EXPECT_THAT(read.error().message, ::testing::HasSubstr("is none of this model"));
 }
 
 TEST_F(BakedFile, CutShortAnywhereIsAnError) {
