@@ -85,6 +85,14 @@ void add_points(const world::Instance& instance, world::PosedModel& pose, std::v
     }
 }
 
+/// Of nodes from low to high: with what hangs on them, and the ground that is dark below them.
+PixelRect around(glm::dvec2 low, glm::dvec2 high, ImageSize size) {
+    const double reach = 4.0 + 0.25 * std::max(high.x - low.x, high.y - low.y);
+    const auto within = [](double at, int end) { return static_cast<int>(std::clamp(at, 0.0, double{1} * end)); };
+    return {within(low.x - reach, size.width), within(low.y - reach, size.height), within(high.x + reach, size.width),
+            within(high.y + reach, size.height)};
+}
+
 }  // namespace
 
 std::optional<ViewMotion> motion_of(const View& view, const sensor::RowTimes& times) {
@@ -138,11 +146,11 @@ bool needs_depth(const ViewMotion& motion) {
            middle.state.pose.position != end.state.pose.position;
 }
 
-double moved_px(const ViewMotion& motion, const View& view, const frame::Frame* depth) {
+MovedPixels moved_pixels(const ViewMotion& motion, const View& view, const frame::Frame* depth) {
     const auto& [begin, middle, end] = motion.moments;
     const std::array<Eye, 3> eyes{eye_at(view, begin.state), eye_at(view, middle.state), eye_at(view, end.state)};
     const ImageSize size = view.spec->size;
-    double most = motion.statics_change ? most_px : 0.0;
+    MovedPixels moved{.most = motion.statics_change ? most_px : 0.0, .movers = {}};
     using Places = std::array<std::optional<glm::dvec2>, 3>;
     const auto way_of = [](const Places& at) {
         double way = 0.0;
@@ -150,7 +158,7 @@ double moved_px(const ViewMotion& motion, const View& view, const frame::Frame* 
             if (at[i] && at[i - 1]) way += glm::distance(*at[i], *at[i - 1]);
         return std::min(way, most_px);
     };
-    const auto consider = [&](const Places& at) { most = std::max(most, way_of(at)); };
+    const auto consider = [&](const Places& at) { moved.most = std::max(moved.most, way_of(at)); };
     if (motion.camera_moves) {
         const auto* const metres = depth != nullptr ? reinterpret_cast<const float*>(depth->bytes().data()) : nullptr;
         for (int y = 0; y < size.height; y += std::min(grid_px, std::max(1, size.height - 1 - y))) {
@@ -179,18 +187,25 @@ double moved_px(const ViewMotion& motion, const View& view, const frame::Frame* 
         // Large things reach out of the picture with all of their corners; what does not touch it moves nothing.
         glm::dvec2 low(INFINITY), high(-INFINITY);
         double way = 0.0;
+        bool is_seen_whole = true;
         for (std::size_t k = 0; k < std::min({points[0].size(), points[1].size(), points[2].size()}); ++k) {
             const Places at{eyes[0].see(points[0][k]), eyes[1].see(points[1][k]), eyes[2].see(points[2][k])};
             for (const auto& one : at) {
+                is_seen_whole &= one.has_value();
                 if (!one) continue;
                 low = glm::min(low, *one);
                 high = glm::max(high, *one);
             }
             way = std::max(way, way_of(at));
         }
-        if (low.x < size.width && low.y < size.height && high.x >= 0.0 && high.y >= 0.0) most = std::max(most, way);
+        const bool touches = low.x < size.width && low.y < size.height && high.x >= 0.0 && high.y >= 0.0;
+        if (touches) moved.most = std::max(moved.most, way);
+        moved.movers.push_back({.id = id,
+                                .px = touches ? way : 0.0,
+                                .rect = is_seen_whole && low.x <= high.x ? around(low, high, size)
+                                                                         : PixelRect{0, 0, size.width, size.height}});
     }
-    return most;
+    return moved;
 }
 
 }  // namespace camrig::render

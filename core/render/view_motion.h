@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/frame/frame.h"
+#include "core/render/moving_groups.h"
 #include "core/render/renderer.h"
 #include "core/sensor/row_times.h"
 #include "core/world/camera_past.h"
@@ -29,9 +30,13 @@ ViewMotion standing_still(const View& view, const sensor::RowTimes& times, const
 /// The view at a moment. Of a camera with a lens the focal length stays what it is.
 View view_at(const View& view, const camera::CameraState& state);
 
-/// How many pixels anything in the picture is moved from begin to end, about. depth: of the middle moment, where the
-/// camera moves by more than turning.
-double moved_px(const ViewMotion& motion, const View& view, const frame::Frame* depth);
+/// How many pixels what is in the picture is moved from begin to end, about.
+struct MovedPixels {
+    double most = 0.0;             ///< of all
+    std::vector<MoverWay> movers;  ///< of those that move, by rising id
+};
+/// depth: of the middle moment, where the camera moves by more than turning.
+MovedPixels moved_pixels(const ViewMotion& motion, const View& view, const frame::Frame* depth);
 bool needs_depth(const ViewMotion& motion);
 
 }  // namespace camrig::render

@@ -16,6 +16,8 @@ struct RowTimes {
     TimeNs middle_ns(int row) const { return begin_ns + row * row_ns + exposure_ns / 2; }
     /// Of the row in the middle of the picture.
     TimeNs middle_ns() const { return middle_ns(rows / 2); }
+    /// Each row as if it counted in the middle of its exposure alone.
+    RowTimes middles() const { return {.begin_ns = middle_ns(0), .exposure_ns = 0, .row_ns = row_ns, .rows = rows}; }
     friend bool operator==(const RowTimes&, const RowTimes&) = default;
 };
 

@@ -12,80 +12,6 @@
 #include "core/render/view_frames.h"
 
 namespace camrig::render::software {
-namespace {
-
-constexpr std::size_t max_moving_rects = 16;
-/// Pixels of areas look at so many pixels beside theirs.
-constexpr int area_margin = 2;
-
-/// to += weight of the row * (from - minus), in a rectangle.
-void add(const LightRows& to, const LightRows& from, const LightRows& minus, const PixelRect& rect,
-         std::span<const float> weights) {
-    const auto add_plane = [&](Rows<float> sum, Rows<float> light, Rows<float> less) {
-        for (int y = rect.y0; y < rect.y1; ++y) {
-            const float weight = weights[static_cast<std::size_t>(y)];
-            if (weight == 0.0f) continue;
-            float* const row = sum(y);
-            const float* const a = light(y);
-            if (less.data == nullptr) {
-                for (int x = rect.x0; x < rect.x1; ++x) row[x] += weight * a[x];
-            } else {
-                const float* const b = less(y);
-                for (int x = rect.x0; x < rect.x1; ++x) row[x] += weight * (a[x] - b[x]);
-            }
-        }
-    };
-    add_plane(to.red, from.red, minus.red);
-    add_plane(to.green, from.green, minus.green);
-    add_plane(to.blue, from.blue, minus.blue);
-}
-
-/// How much of each row's light comes of a cell, with lamps of no frequency (0) or of one at their peak.
-class RowShares {
-public:
-    RowShares(const ViewMotion& motion, const Moments& moments) : motion_(motion), moments_(moments) {}
-
-    float of(int cell, int row, std::size_t lamps) const {
-        const float weight = moments_.weight(cell, row);
-        if (motion_.flicker_hz.empty() || weight == 0.0f) return lamps == 0 ? weight : 0.0f;
-        auto [begin_ns, end_ns] = moments_.shared(cell, row);
-        if (begin_ns >= end_ns) {
-            begin_ns = motion_.times.begin_ns + row * motion_.times.row_ns;
-            end_ns = begin_ns + motion_.times.exposure_ns;
-        }
-        if (lamps > 0) return weight * static_cast<float>(mean_sine(motion_.flicker_hz[lamps - 1], begin_ns, end_ns));
-        double rest = 1.0;
-        for (const double hz : motion_.flicker_hz) rest -= mean_sine(hz, begin_ns, end_ns);
-        return weight * static_cast<float>(rest);
-    }
-
-private:
-    const ViewMotion& motion_;
-    const Moments& moments_;
-};
-
-/// Each row as if it counted in the middle of its exposure alone.
-sensor::RowTimes middles_of(const sensor::RowTimes& times) {
-    return {.begin_ns = times.middle_ns(0), .exposure_ns = 0, .row_ns = times.row_ns, .rows = times.rows};
-}
-
-world::CameraPast::Moment moment_at(const ViewWork& work, TimeNs world_ns) {
-    return work.view->past ? work.view->past->at(world_ns) : work.motion->moments[1];
-}
-
-/// Disjoint, as these are.
-std::vector<PixelRect> with_margin(std::vector<PixelRect> rects, const PixelRect& whole) {
-    for (PixelRect& rect : rects)
-        rect =
-            common({rect.x0 - area_margin, rect.y0 - area_margin, rect.x1 + area_margin, rect.y1 + area_margin}, whole);
-    return disjoint_cover(std::move(rects), max_moving_rects);
-}
-
-bool is_moving(const ViewMotion& motion, const scene::SeenSurface& seen) {
-    return std::ranges::binary_search(motion.moving, seen.placed->object->id);
-}
-
-}  // namespace
 
 bool SoftwareDrawer::is_exposed(const View& view) const {
     const auto exposure = exposure_of(view, *scene_.snapshot());
@@ -121,7 +47,7 @@ void SoftwareDrawer::draw_exposed(ViewWork& work, TimeNs monotonic_ns) {
     if (std::ranges::any_of(channel_kinds, [&](frame::FrameKind kind) {
             return work.channels[static_cast<std::size_t>(kind)].frame != nullptr;
         }))
-        draw_moment_channels(work, spread.moved_px);
+        draw_moment_channels(work, spread.moved.most);
     work.layer = nullptr;
     end_band(work, scratch_[0]);
     work.cost_ns += moment_.cost_ns.exchange(0);
@@ -172,13 +98,13 @@ void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast:
 SoftwareDrawer::Spread SoftwareDrawer::spread_of(ViewWork& work, TimeNs monotonic_ns) {
     const View& view = *work.view;
     const auto aperture = aperture_of(*view.spec);
-    if (!needs_depth(*work.motion) && !aperture) return {.moved_px = moved_px(*work.motion, view, nullptr)};
+    if (!needs_depth(*work.motion) && !aperture) return {.moved = moved_pixels(*work.motion, view, nullptr)};
     begin_moment(work, work.motion->moments[1], 0.0);
     auto& depth = moment_.channels[static_cast<std::size_t>(frame::FrameKind::depth)].frame;
     depth = acquire_frame(*options_.pool, view, frame::FrameKind::depth, frame::PixelFormat::depth32f,
                           work.exposure->times.end_ns(), monotonic_ns);
     draw_moment_rows_of_channels(work.whole);
-    const Spread spread{moved_px(*work.motion, view, depth.get()),
+    const Spread spread{moved_pixels(*work.motion, view, depth.get()),
                         aperture ? largest_disc_px(*aperture, *moment_view_.spec, *depth) : 0.0};
     moment_.channels = {};
     return spread;
@@ -196,11 +122,11 @@ void SoftwareDrawer::draw_moment_rows_of_channels(const PixelRect& rows) {
 }
 
 void SoftwareDrawer::draw_moment_channels(ViewWork& work, double moved_px) {
-    const Moments moments(middles_of(work.motion->times), moved_px);
+    const Moments moments(work.motion->times.middles(), moved_px);
     for (int cell = 0; cell < moments.count(); ++cell) {
         const auto [first, end] = moments.rows(cell);
         if (first >= end) continue;
-        begin_moment(work, moment_at(work, moments.time(cell)), 0.0);
+        begin_moment(work, work.moment_at(moments.time(cell)), 0.0);
         moment_.channels = work.channels;
         if (work.wants_flow) look_ahead(work, moments.time(cell));
         draw_moment_rows_of_channels({0, first, work.whole.x1, end});
@@ -243,115 +169,6 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     moment_.film_frame = -1;
     moment_.proxies = nullptr;
     work.kinds.set(static_cast<std::size_t>(frame::FrameKind::flow));
-}
-
-void SoftwareDrawer::draw_moment_light(const ViewWork& work) {
-    ViewScratch& scratch = scratch_[0];
-    ViewWork& moment = moment_;
-    moment.is_light = true;
-    moment.has_areas = has_areas(*work.view);
-    for (Plane<float>& plane : scratch.light) plane.fit(work.view->spec->size);
-    moment.canvas.light = light_rows(scratch.light);
-    moment.is_in_parts = moment.layer != nullptr && moment.layer->picture;
-    deform_seen(std::vector<ViewWork*>{&moment});
-    begin_drawing(moment, scratch, team_.size());
-    for (int pass = 0; pass < passes_of(moment); ++pass)
-        in_bands(moment, moment.whole,
-                 [&](int i, const PixelRect&) { draw_rows(moment, scratch, pass, i, team_.size()); });
-    keep_what_was_drawn(moment, scratch);
-}
-
-void SoftwareDrawer::draw_standing_light(ViewWork& work, bool with_moving) {
-    ViewWork& moment = moment_;
-    moment.is_moment = false;
-    moment.layer = moment.scene.lamps_hz == 0.0 ? work.layer : nullptr;
-    if (moment.layer != nullptr && moment.layer->picture) {
-        find_changed_rects(moment);
-        moment.stale = std::span(&work.whole, 1);
-    } else {
-        moment.rects.assign(1, work.whole);
-    }
-    for (auto* const list : {&moment.movers.opaque, &moment.movers.blended})
-        std::erase_if(*list,
-                      [&](const scene::SeenSurface& seen) { return !with_moving && is_moving(*work.motion, seen); });
-    draw_moment_light(work);
-    if (moment.scene.lamps_hz == 0.0) work.layer = moment.layer;
-}
-
-std::vector<PixelRect> SoftwareDrawer::moving_rects(const ViewWork& work, int first_row, int end_row) const {
-    std::vector<PixelRect> rects;
-    for (const auto* const list : {&moment_.movers.opaque, &moment_.movers.blended}) {
-        for (const scene::SeenSurface& seen : *list) {
-            if (!is_moving(*work.motion, seen)) continue;
-            const PixelRect rect =
-                common(moment_.scene.pixels_of(seen).value_or(PixelRect{}), {0, first_row, work.whole.x1, end_row});
-            if (rect.width() > 0 && rect.height() > 0) rects.push_back(rect);
-        }
-    }
-    return disjoint_cover(std::move(rects), max_moving_rects);
-}
-
-void SoftwareDrawer::sum_light(ViewWork& work, const Spread& spread) {
-    const ViewMotion& motion = *work.motion;
-    const bool blurs = work.view->spec->sensor->blur;
-    const Moments moments(blurs ? motion.times : middles_of(motion.times), spread.moved_px);
-    const RowShares shares(motion, moments);
-    // The points of the opening are dealt out to the cells in turn, so that each row has all of them.
-    const int cells_of_row = moments.cells_of_row();
-    const int count = count_of_points(spread.disc_px);
-    const int points_of_cell = count == 1 ? 1 : (count + cells_of_row - 1) / cells_of_row;
-    const auto points = points_of_opening(count == 1 ? 1 : points_of_cell * cells_of_row);
-    const bool stands = !motion.camera_moves && !motion.statics_change && points.size() == 1;
-    const bool is_one = moments.count() == 1;
-    const LightRows sum = work.canvas.light;
-    std::vector<float> weights(static_cast<std::size_t>(work.whole.y1));
-    const auto add_moment = [&](std::span<const PixelRect> rects, const LightRows& minus) {
-        in_bands(work, {0, 0, 0, work.whole.y1}, [&](int, const PixelRect& band) {
-            for (const PixelRect& rect : rects)
-                add(sum, moment_.canvas.light, minus,
-                    {rect.x0, std::max(rect.y0, band.y0), rect.x1, std::min(rect.y1, band.y1)}, weights);
-        });
-    };
-    const bool flickers = !motion.flicker_hz.empty();
-    if (!stands || flickers)
-        for (const auto& rows : {sum.red, sum.green, sum.blue}) fill(rows, work.whole, 0.0f);
-    for (std::size_t lamps = 0; lamps <= motion.flicker_hz.size(); ++lamps) {
-        const double lamps_hz = lamps == 0 ? 0.0 : motion.flicker_hz[lamps - 1];
-        if (stands) {
-            begin_moment(work, is_one ? moment_at(work, moments.time(0)) : motion.moments[1], lamps_hz);
-            draw_standing_light(work, is_one);
-            std::ranges::fill(weights, 0.0f);
-            for (int y = 0; y < work.whole.y1 && flickers; ++y)
-                for (int cell = 0; cell < moments.count(); ++cell)
-                    weights[static_cast<std::size_t>(y)] += shares.of(cell, y, lamps);
-            if (flickers) {
-                add_moment(std::span(&work.whole, 1), {});
-            } else {
-                // All shares of a row make a whole.
-                in_bands(work, work.whole,
-                         [&](int, const PixelRect& band) { copy_picture(moment_.canvas, work.canvas, band); });
-            }
-            if (is_one) continue;
-            std::swap(scratch_[0].light, exposure_scratch_.standing);
-        }
-        for (int cell = 0; cell < moments.count(); ++cell) {
-            const auto [first, end] = moments.rows(cell);
-            if (first >= end) continue;
-            for (int y = first; y < end; ++y)
-                weights[static_cast<std::size_t>(y)] = shares.of(cell, y, lamps) / static_cast<float>(points_of_cell);
-            for (int i = 0; i < points_of_cell; ++i) {
-                const auto number = static_cast<std::size_t>(cell % cells_of_row + i * cells_of_row);
-                begin_moment(work, moment_at(work, moments.time(cell)), lamps_hz, points[number % points.size()]);
-                const std::vector<PixelRect> rects =
-                    stands ? moving_rects(work, first, end) : std::vector<PixelRect>{{0, first, work.whole.x1, end}};
-                if (rects.empty()) continue;
-                moment_.rects = with_margin(rects, work.whole);
-                moment_.layer = stands && lamps == 0 ? work.layer : nullptr;
-                draw_moment_light(work);
-                add_moment(rects, stands ? light_rows(exposure_scratch_.standing) : LightRows{});
-            }
-        }
-    }
 }
 
 }  // namespace camrig::render::software

@@ -124,7 +124,8 @@ private:
     void look_ahead(const ViewWork& work, TimeNs moment_ns);
     /// How far anything is moved, and how large the disc is that anything is seen as, in pixels.
     struct Spread {
-        double moved_px = 0.0, disc_px = 0.0;
+        MovedPixels moved;
+        double disc_px = 0.0;
     };
     Spread spread_of(ViewWork& work, TimeNs monotonic_ns);
     void sum_light(ViewWork& work, const Spread& spread);
@@ -134,10 +135,20 @@ private:
     void begin_moment(const ViewWork& work, const world::CameraPast::Moment& at, double lamps_hz,
                       glm::dvec2 point = glm::dvec2(0.0));
     /// The light of the moment, by all threads, of its rectangles; a picture in parts if the view has a layer.
-    void draw_moment_light(const ViewWork& work);
+    void draw_moment_light(const LightRows& to);
     /// The light of all that stands still while the picture is taken or, with what moves, of the moment: in full or in
     /// parts over the view's layer, which is made if there is none yet.
-    void draw_standing_light(ViewWork& work, bool with_moving);
+    void draw_standing_light(ViewWork& work, bool with_moving, const LightRows& to);
+    /// What draw_standing_light() drew, until the next time; the moments' sum may go where it was drawn.
+    LightRows keep_standing_light(const ViewWork& work);
+    /// Adds to the view's light, of lamps as RowShares has them: what a standing camera sees, of that what moves, and
+    /// what any other camera sees.
+    void add_standing(ViewWork& work, std::span<const MovingGroup> groups, std::size_t lamps);
+    void add_movers(ViewWork& work, const MovingGroup& group, std::size_t lamps, const LightRows& standing);
+    void add_moments(ViewWork& work, const Spread& spread, std::size_t lamps);
+    /// Adds weight of each row * (the moment's light - minus), in rectangles.
+    void add_moment(ViewWork& work, std::span<const PixelRect> rects, const LightRows& minus,
+                    std::span<const float> weights);
     void draw_moment_rows_of_channels(const PixelRect& rows);
     std::vector<PixelRect> moving_rects(const ViewWork& work, int first_row, int end_row) const;
     /// In bands of these rows, numbered, by all threads.

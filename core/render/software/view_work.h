@@ -117,6 +117,10 @@ struct ViewWork {
     bool has_film() const { return film_frame >= 0; }
     bool takes_picture() const { return exposure && frame != nullptr; }
     bool is_shaded() const { return is_light || frame != nullptr; }
+    /// Of a view with motion: world and camera as they were.
+    world::CameraPast::Moment moment_at(TimeNs world_ns) const {
+        return view->past ? view->past->at(world_ns) : motion->moments[1];
+    }
 };
 
 struct TriangleRange {
@@ -144,6 +148,7 @@ struct ViewScratch {
 /// Of views that are taken while something moves: light before a sensor.
 struct ExposureScratch {
     std::array<Plane<float>, 3> sum;       ///< of all moments so far
+    std::array<Plane<float>, 3> moment;    ///< of one
     std::array<Plane<float>, 3> standing;  ///< what stands still
     std::vector<std::uint16_t> numbers;    ///< as ViewScratch::sensor_numbers
 };
