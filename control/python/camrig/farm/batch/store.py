@@ -86,10 +86,17 @@ class Store:
             self.shards.mkdir(exist_ok=True)
             self._check_program(set_file, program)
             self._check_names(set(shard_ids))
-            for part in [*self.shards.glob("*.part"), *self.folder.glob("*.part")]:  # of who was killed
-                part.unlink(missing_ok=True)
+            self._remove_parts()
             write_json(self.folder / "plan.json", plan, indent=1)
-            yield
+            try:
+                yield
+            finally:
+                self._remove_parts()
+
+    def _remove_parts(self) -> None:
+        """Of who was killed. One that goes on all the same, out of reach, finds that its file is gone and gives up."""
+        for part in [*self.shards.glob("*.part"), *self.folder.glob("*.part")]:
+            part.unlink(missing_ok=True)
 
     def _check_program(self, set_file: Path, program: dict[str, str]) -> None:
         mine = {"camrig_farm_set": _FORMAT, **program}
