@@ -26,7 +26,8 @@ PLAN = {
     "camrig_plan": 1, "master_seed": 3, "scene": "scenes/minimal.json", "quality": "fast", "seconds": 0.6, "shard_seconds": 0.3,
     "cameras": [{"name": "left", "place": "main", "size": SIZE, "fps": 50}, {"name": "top", "place": "above", "size": SIZE, "fps": 20}],
     "pictures": {"format": "png", "masks": True, "yolo": True, "depth": "npy"},
-    "vary": [{"latin_hypercube": {"/lights/sun/intensity": {"min": 0.2, "max": 1}, "/cameras/top/quality": {"choices": ["fast", "simple"]}}, "count": 4}],
+    "vary": [{"rows": [{"/lights/sun/intensity": 0.3, "/cameras/top/quality": "simple"}, {"/lights/sun/intensity": 0.9, "/cameras/top/quality": "fast"}]},
+             {"repeat": 2}],
 }
 SHARDS, FRAMES = 8, 8 * (15 + 6)
 
@@ -92,7 +93,7 @@ def test_a_set_has_every_frame_of_its_plan(quiet):
 def test_whoever_is_killed_the_set_is_the_same(quiet, tmp_path):
     """Drawers, their camrigs and who hands out, each killed in the middle of shards."""
     plan, out, chance = write_plan(tmp_path), tmp_path / "set", random.Random(5)
-    kinds = ["drawer", "camrig", "record", "drawer", "camrig", "record"]
+    kinds = ["record", "drawer", "camrig", "record", "drawer", "camrig"]
     due = dict(zip(sorted(chance.sample(range(1, SHARDS), 6)), kinds))
     killed = []
     for _ in range(3):
@@ -122,7 +123,8 @@ def test_nobody_draws_on_for_one_that_is_dead(tmp_path, killed):
     plan.write_text(plan.read_text().replace('"shard_seconds": 0.3, ', ""))
     with subprocess.Popen(command(plan, tmp_path / "set", "--workers", 1, "--max-retries", 0), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as run:
         try:
-            wait_until(lambda: any(b"record" in words and b"--seconds" in words for words in children(run.pid).values()), 60, "a recording")
+            wait_until(lambda: run.poll() is not None or any(b"record" in words and b"--seconds" in words for words in children(run.pid).values()), 60, "a recording")
+            assert run.poll() is None
             below = children(run.pid)
             drawer = next(pid for pid, words in below.items() if b"camrig.farm.batch.draw" in words)
             os.kill(run.pid if killed == "record" else drawer, signal.SIGKILL)
@@ -150,8 +152,8 @@ def test_what_is_there_is_not_drawn_again_and_a_plan_may_grow(tmp_path):
     first = json.loads(record(plan, tmp_path / "set", "--verify", 0).stdout)
     assert first["drawn"] == 1 and first["compared"] == 0
     plan = write_plan(tmp_path, vary=[{"product": {"/lights/sun/intensity": [0.9, 0.5]}}], seconds=0.3)
-    second = json.loads(record(plan, tmp_path / "set").stdout)
-    assert (second["there"], second["drawn"], second["compared"]) == (2, 1, 1)
+    second = json.loads(record(plan, tmp_path / "set", "--verify", 0).stdout)
+    assert (second["there"], second["drawn"]) == (2, 1)
     refused = record(write_plan(tmp_path, vary=[], seconds=0.3), tmp_path / "set")
     assert refused.returncode == 1 and "holds 2 shards that this plan has not" in refused.stderr
 
@@ -197,13 +199,13 @@ def test_an_export_is_what_a_recording_would_have_written(quiet, tmp_path):
 
 
 def test_variants_differ_as_the_plan_says(quiet):
-    """More sun, brighter pictures: of the same instant, in the order of the light."""
+    """More sun, brighter pictures."""
     brightness = {}
     for told in manifest(quiet[0])[::2]:
         (sample,) = [one for one in webdataset.WebDataset(str(quiet[0] / "shards" / f"{told['shard']}.tar"), shardshuffle=False) if one["__key__"].endswith("left_000001")]
-        brightness[told["changes"]["/lights/sun/intensity"]] = np.asarray(Image.open(io.BytesIO(sample["png"]))).mean()
-    assert len(brightness) == 4 and list(dict(sorted(brightness.items())).values()) == sorted(brightness.values())
-    assert max(brightness.values()) > min(brightness.values()) + 10
+        brightness.setdefault(told["changes"]["/lights/sun/intensity"], []).append(np.asarray(Image.open(io.BytesIO(sample["png"]))).mean())
+    assert len(brightness[0.3]) == len(brightness[0.9]) == 2 and min(brightness[0.9]) > max(brightness[0.3]) + 10
+    assert len({told["seed"] for told in manifest(quiet[0])}) == 4
 
 
 def test_a_shard_that_cannot_be_drawn_is_listed_and_the_others_are_there(tmp_path):
@@ -222,16 +224,16 @@ def test_a_shard_that_cannot_be_drawn_is_listed_and_the_others_are_there(tmp_pat
 
 def test_a_full_disk_ends_the_run_with_whole_shards_and_the_reason(tmp_path):
     """A limit on the size of files stops the shard as a full disk does; with room the run goes on."""
-    plan = write_plan(tmp_path, seconds=0.3)
+    plan = write_plan(tmp_path, seconds=0.3, vary=[{"repeat": 2}])
 
     def small_disk():
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 
     done = record(plan, tmp_path / "set", "--workers", 1, preexec_fn=small_disk, restore_signals=False)
-    assert done.returncode == 1 and "File too large" in done.stderr and "0 of 4 shards are there, whole: make room and run this again" in done.stderr, done.stderr
+    assert done.returncode == 1 and "File too large" in done.stderr and "0 of 2 shards are there, whole: make room and run this again" in done.stderr, done.stderr
     assert not list((tmp_path / "set").rglob("*.part")) and not list((tmp_path / "set").rglob("*.tar"))
-    assert json.loads(record(plan, tmp_path / "set", "--workers", 2).stdout)["there"] == 4
+    assert json.loads(record(plan, tmp_path / "set", "--workers", 2, "--verify", 0).stdout)["there"] == 2
 
 
 def test_another_build_does_not_draw_into_a_set(quiet, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import functools
 import json
 import os
 import struct
@@ -15,6 +16,7 @@ from .hashing import canonical, file_hash, text_hash
 from .pointer import PointerError, assign
 
 _MAX_SCENE_BYTES = 16 << 20
+_MAX_MODEL_BYTES = 256 << 20
 _SHIPPED = "camrig:"
 
 
@@ -95,25 +97,28 @@ def _assets(scene: Path, made: Mapping[str, Any]) -> Iterator[tuple[str, Path]]:
             continue
         if is_file:
             yield text, file
-            for name in _referred(file):
+            for name in _referred(str(file), file.stat().st_mtime_ns):
                 if (file.parent / name).is_file():
                     yield f"{text}/{name}", file.parent / name
 
 
-def _referred(model: Path) -> Iterator[str]:
-    """The files that a glTF model refers to."""
+@functools.lru_cache(maxsize=4096)
+def _referred(model: str, mtime_ns: int) -> list[str]:
+    """The files that a glTF model refers to; read once while it stays as it is."""
+    if not model.endswith((".gltf", ".glb")):
+        return []
     try:
-        data = model.read_bytes() if model.suffix in (".gltf", ".glb") else b"{}"
-        if model.suffix == ".glb":
-            (size,) = struct.unpack_from("<I", data, 12)
-            data = data[20 : 20 + size]
-        told = json.loads(data)
-        parts = [part for key in ("buffers", "images") for part in told.get(key, [])]
+        with open(model, "rb") as file:
+            if model.endswith(".glb"):  # its first chunk, behind a head of 12 bytes
+                (size,) = struct.unpack("<I", file.read(16)[12:])
+                file.seek(20)
+                told = json.loads(file.read(min(size, _MAX_SCENE_BYTES)))
+            else:
+                told = json.loads(file.read(_MAX_MODEL_BYTES))
+        uris = [part.get("uri") for key in ("buffers", "images") for part in told.get(key, [])]
     except (OSError, ValueError, struct.error, AttributeError):
-        return  # camrig says what is wrong with it
-    for part in parts:
-        if isinstance(part, dict) and isinstance(uri := part.get("uri"), str) and not uri.startswith("data:"):
-            yield uri
+        return []  # camrig says what is wrong with it
+    return [uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:")]
 
 
 def _texts(value: Any) -> Iterator[str]:
