@@ -1,9 +1,10 @@
 """10 000 frames over a Ray cluster of 4 nodes of this machine, with 20 kills at random: the set must be that of one undisturbed run, byte for byte.
 
-    PYTHONPATH=control/python build/farm/bin/python tests/farm/run.py [--shards 100] [--kills 20] [--seed 1] [--keep DIR]
+    PYTHONPATH=control/python build/farm/bin/python tests/farm/run.py [--shards 100] [--kills 20] [--seed 1] [--keep DIR] [--write]
 
 Killed with SIGKILL are drawers, the camrig of a drawer, Ray's workers, whole nodes (a new one joins) and who hands out (`camrig farm record`, started
-again). Prints what was killed and how long both runs took; exit code 1 if the sets differ. tools/test --long makes the environment and runs it.
+again). Prints what was killed and how long both runs took, and with --write puts it into docs/farm-record.md; exit code 1 if the sets differ.
+tools/test --long makes the environment and runs it.
 """
 
 from __future__ import annotations
@@ -21,7 +22,11 @@ import tempfile
 import time
 from pathlib import Path
 
+import ray
 from ray.cluster_utils import Cluster
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from tools.bench import report  # noqa: E402
 
 _NODES = 4
 _POLL_S = 0.05
@@ -134,11 +139,39 @@ def differences(one: Path, other: Path) -> list[str]:
     return sorted(name for name in names if not ((one / name).is_file() and (other / name).is_file() and filecmp.cmp(one / name, other / name, shallow=False)))
 
 
+def shard_cost_s(scene: str, place: str, folder: Path) -> float:
+    """Seconds that a shard takes beside its frames: by sets of 4 and of 12 shards of one frame, one at a time."""
+    times = []
+    for count in (4, 12):
+        plan = folder / f"{scene}-{count}.json"
+        plan.write_text(json.dumps({"camrig_plan": 1, "scene": scene, "quality": "fast", "seconds": 0.02, "vary": [{"repeat": count}],
+                                    "cameras": [{"name": "eye", "place": place, "size": [160, 120], "fps": 50}]}))
+        begin_s = time.monotonic()
+        assert record(plan, folder / f"{scene}-{count}", "--workers", "1", log=folder / "cost.log").wait() == 0
+        times.append(time.monotonic() - begin_s)
+    return (times[1] - times[0]) / 8
+
+
+def page_part(found: dict) -> str:
+    names = {"drawer": "drawers", "camrig": "camrigs", "worker": "Ray workers", "node": "nodes", "record": "times `camrig farm record`"}
+    killed = ", ".join(f"{found['kills'].get(kind, 0)} {name}" for kind, name in names.items())
+    costs = " and ".join(f"{seconds:.1f} s of {scene}" for scene, seconds in found["shard_cost_s"].items())
+    return f"""{found['frames']} frames of 160x120 (`fast`, JPEG, masks, YOLO; four fifths of `minimal`, one of `hall`) in {found['shards']} shards; Ray {ray.__version__} on Python {sys.version.split()[0]}:
+
+| | seconds | frames/s |
+|---|---|---|
+| one machine, a worker a core, undisturbed | {found['quiet_s']:.0f} | {found['frames'] / found['quiet_s']:.0f} |
+| {_NODES} Ray nodes on the same cores; killed were {killed} | {found['disturbed_s']:.0f} | {found['frames'] / found['disturbed_s']:.0f} |
+
+Files that differ: {len(found['different_files'])}. A shard costs {costs} beside its frames."""
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     for name, value in (("shards", 100), ("kills", 20), ("seed", 1)):
         parser.add_argument(f"--{name}", type=int, default=value)
     parser.add_argument("--keep", help="folder for both sets")
+    parser.add_argument("--write", action="store_true", help="into docs/farm-record.md")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="camrig-farm-test-", ignore_cleanup_errors=True) as temporary:
         folder = Path(options.keep or temporary)
@@ -152,8 +185,11 @@ def main() -> int:
         seconds, kills, starts = disturbed(plan, folder / "disturbed", folder / "disturbed.log", options.shards, options.kills, options.seed)
         frames = sum(json.loads(line)["frames"] for line in open(folder / "quiet" / "manifest.jsonl"))
         wrong = differences(folder / "quiet", folder / "disturbed")
-        print(json.dumps({"frames": frames, "shards": options.shards, "quiet_s": round(quiet_s, 1), "disturbed_s": round(seconds, 1), "starts": starts,
-                          "kills": dict(kills), "different_files": wrong}))
+        found = {"frames": frames, "shards": options.shards, "quiet_s": round(quiet_s, 1), "disturbed_s": round(seconds, 1), "starts": starts, "kills": dict(kills),
+                 "different_files": wrong, "shard_cost_s": {scene: round(shard_cost_s(scene, place, folder), 2) for scene, place in (("minimal", "main"), ("hall", "lobby"))}}
+        print(json.dumps(found))
+        if options.write:
+            report.put(report.REPOSITORY / "docs" / "farm-record.md", "kills", page_part(found), "`tests/farm/run.py --write`")
         return 1 if wrong or frames != 100 * options.shards else 0
 
 
