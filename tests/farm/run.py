@@ -26,6 +26,7 @@ import ray
 from ray.cluster_utils import Cluster
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from camrig.farm.batch.shard_file import samples  # noqa: E402
 from tools.bench import report  # noqa: E402
 
 _NODES = 4
@@ -139,6 +140,23 @@ def differences(one: Path, other: Path) -> list[str]:
     return sorted(name for name in names if not ((one / name).is_file() and (other / name).is_file() and filecmp.cmp(one / name, other / name, shallow=False)))
 
 
+def check_parquet(store: Path, to: Path, frames: int) -> None:
+    """The set as Parquet, read by ray.data; and its shards as WebDataset, read by it too."""
+    assert subprocess.run([sys.executable, "-m", "camrig.farm", "export", str(store), "--out", str(to), "--format", "parquet"], stdout=subprocess.DEVNULL, check=False).returncode == 0
+    import ray.data
+
+    ray.init(num_cpus=1, include_dashboard=False, object_store_memory=200 << 20, log_to_driver=False, logging_level="error")
+    try:
+        rows = ray.data.read_parquet(str(to))
+        assert rows.count() == frames and {"key", "image", "truth"} <= set(rows.schema().names)
+        row = rows.take(1)[0]
+        (sample,) = [parts for key, parts in samples(store / "shards" / f"{row['shard']}.tar") if key == row["key"]]
+        assert row["image"] == sample["jpg"] and row["truth"] == sample["json"].decode() and row["instance_png"] == sample["instance.png"]
+        assert ray.data.read_webdataset(str(store / "shards" / f"{row['shard']}.tar")).count() == 100
+    finally:
+        ray.shutdown()
+
+
 def shard_cost_s(scene: str, place: str, folder: Path) -> float:
     """Seconds that a shard takes beside its frames: by sets of 4 and of 12 shards of one frame, one at a time."""
     times = []
@@ -187,7 +205,8 @@ def main() -> int:
         wrong = differences(folder / "quiet", folder / "disturbed")
         found = {"frames": frames, "shards": options.shards, "quiet_s": round(quiet_s, 1), "disturbed_s": round(seconds, 1), "starts": starts, "kills": dict(kills),
                  "different_files": wrong, "shard_cost_s": {scene: round(shard_cost_s(scene, place, folder), 2) for scene, place in (("minimal", "main"), ("hall", "lobby"))}}
-        print(json.dumps(found))
+        print(json.dumps(found), flush=True)
+        check_parquet(folder / "disturbed", folder / "parquet", frames)
         if options.write:
             report.put(report.REPOSITORY / "docs" / "farm-record.md", "kills", page_part(found), "`tests/farm/run.py --write`")
         return 1 if wrong or frames != 100 * options.shards else 0

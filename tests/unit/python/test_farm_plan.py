@@ -4,6 +4,8 @@ import argparse
 import collections
 import io
 import json
+import os
+import tempfile
 
 import pytest
 
@@ -15,6 +17,7 @@ from camrig.farm.batch.hashing import seed_of
 from camrig.farm.batch.pointer import PointerError, assign
 from camrig.farm.batch.progress import Progress, duration, line
 from camrig.farm.batch.record import MAX_LOST, Run, chosen_again
+from camrig.farm.batch.scratch import scratch
 from camrig.farm.batch.shard import Shard
 from camrig.farm.batch.store import Differs, Store
 from camrig.farm.batch.variants import rows_of
@@ -260,6 +263,23 @@ def test_a_folder_takes_one_build_one_plan_and_one_run_at_a_time(tmp_path):
     (tmp_path / "mine" / "photo.jpg").touch()
     with pytest.raises(CamrigError, match="holds photo.jpg; give another folder"), Store(tmp_path / "mine").held(mine, {}, ["a"]):
         pass
+
+
+def test_only_what_a_dead_drawer_left_is_removed(tmp_path, monkeypatch):
+    """Not what somebody has called alike, and not what a living one works in."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    for name in ("camrig-drawer-mine", "camrig-farm", "camrig-drawer-dead"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "file").touch()
+        os.utime(tmp_path / name, (0, 0))
+    (tmp_path / "camrig-drawer-dead" / ".camrig-drawer.lock").touch()
+    (tmp_path / "camrig-drawer-link").symlink_to(tmp_path / "camrig-farm")
+    with scratch() as first:
+        monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+        with scratch() as second:
+            assert first.is_dir() and second.is_dir() and tempfile.gettempdir() == str(second)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["camrig-drawer-link", "camrig-drawer-mine", "camrig-farm"]
+    assert (tmp_path / "camrig-farm" / "file").exists()
 
 
 def test_the_bar_says_rate_and_time_left():

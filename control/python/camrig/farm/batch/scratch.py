@@ -7,14 +7,12 @@ import fcntl
 import os
 import shutil
 import tempfile
-import time
 from pathlib import Path
 from typing import Iterator
 
-_PREFIX = "camrig-farm-"
-_LOCK = "lock"
-#: Between making its folder and locking it a process needs less.
-_UNLOCKED_S = 60.0
+_PREFIX = "camrig-drawer-"
+#: Only folders with this file are ever removed: it is written by scratch() alone, first of all, and locked while its process lives.
+_LOCK = ".camrig-drawer.lock"
 
 
 @contextlib.contextmanager
@@ -23,14 +21,22 @@ def scratch() -> Iterator[Path]:
     parent = Path(tempfile.gettempdir())
     _sweep(parent)
     folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=parent))
-    with open(folder / _LOCK, "wb") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # the kernel lets it go with us
+    with _locked(folder):
         before, tempfile.tempdir = tempfile.tempdir, str(folder)
         try:
             yield folder
         finally:
             tempfile.tempdir = before
             shutil.rmtree(folder, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """The kernel lets the lock go with this process. It has its name when it is locked: nobody sees it free before."""
+    with open(folder / f"{_LOCK}.new", "wb") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        os.rename(folder / f"{_LOCK}.new", folder / _LOCK)
+        yield
 
 
 def _sweep(parent: Path) -> None:
@@ -44,8 +50,6 @@ def _is_left(folder: Path) -> bool:
     try:
         with open(folder / _LOCK, "rb") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except FileNotFoundError:
-        return time.time() - folder.stat().st_mtime > _UNLOCKED_S
-    except BlockingIOError:
+    except (FileNotFoundError, BlockingIOError):
         return False
     return True
