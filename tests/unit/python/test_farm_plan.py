@@ -2,6 +2,7 @@
 
 import argparse
 import collections
+import hashlib
 import io
 import json
 import os
@@ -263,6 +264,22 @@ def test_a_folder_takes_one_build_one_plan_and_one_run_at_a_time(tmp_path):
     (tmp_path / "mine" / "photo.jpg").touch()
     with pytest.raises(CamrigError, match="holds photo.jpg; give another folder"), Store(tmp_path / "mine").held(mine, {}, ["a"]):
         pass
+
+
+def test_a_check_finds_a_byte_and_a_manifest_of_paths_is_refused(tmp_path):
+    store, name = Store(tmp_path / "set"), "0123456789abcdef"
+    with store.held({}, {}, [name]):
+        store.publish(name, lambda file: {**told(file, name), "sha256": hashlib.sha256(b"frames").hexdigest(), "cameras": [{"name": "eye", "files": {}}]})
+        assert store.write_manifest([name]) == 1
+    (line,) = store.manifest()
+    assert store.problem_of(line) is None
+    for data, said in ((b"Frames", "other bytes"), (b"frame", "5 bytes, the manifest says 6")):
+        store.shard_path(name).write_bytes(data)
+        assert said in store.problem_of(line)
+    for wrong in ({**line, "shard": "../../etc/passwd"}, {**line, "cameras": [{"name": "../x", "files": {}}]}, {**line, "cameras": [{"name": "x", "files": {"../y": ""}}]}, [1]):
+        (store.folder / "manifest.jsonl").write_text(json.dumps(wrong) + "\n")
+        with pytest.raises(CamrigError, match="line 1 is not of a shard"):
+            list(store.manifest())
 
 
 def test_only_what_a_dead_drawer_left_is_removed(tmp_path, monkeypatch):

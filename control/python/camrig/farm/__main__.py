@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import sys
 from typing import Sequence
@@ -20,7 +21,7 @@ COMMANDS = {
 def main(arguments: Sequence[str]) -> int:
     told = "\n".join(f"  {name:10}{text}" for name, (_, text) in COMMANDS.items())
     parser = Parser(prog="camrig farm", usage="%(prog)s COMMAND ...", description="camrig on many machines",
-                    epilog=f"commands:\n{told}\n\ncamrig farm COMMAND --help tells their options", formatter_class=_raw())
+                    epilog=f"commands:\n{told}\n\ncamrig farm COMMAND --help tells their options", formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="machine-readable output")
     parser.add_argument("command", choices=COMMANDS, metavar="COMMAND")
     words = list(arguments)
@@ -28,12 +29,6 @@ def main(arguments: Sequence[str]) -> int:
     options = parser.parse_args(words[: at + 1])
     rest = words[at + 1 :] + (["--json"] if options.json else [])
     return importlib.import_module(COMMANDS[options.command][0]).main(rest)
-
-
-def _raw() -> type:
-    import argparse
-
-    return argparse.RawDescriptionHelpFormatter
 
 
 if __name__ == "__main__":

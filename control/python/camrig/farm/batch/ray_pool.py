@@ -19,11 +19,16 @@ class RayPool:
         except ImportError:
             raise CamrigError("unavailable", "--ray needs Ray: pip install 'camrig[farm]'; without it: --workers N") from None
         self._ray, self._cpus = ray, cpus
+        # Else it warns of what a later Ray does with tasks that ask for no GPU.
         os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
         try:
             ray.init(address=address, log_to_driver=False, logging_level="error")
         except (ConnectionError, RuntimeError, ValueError) as problem:
             raise CamrigError("unavailable", f"--ray {address}: {problem}") from None
+        machines = [node["Resources"].get("CPU", 0) for node in ray.nodes() if node["Alive"]]
+        if max(machines, default=0) < cpus:
+            ray.shutdown()
+            raise CamrigError("resource_exhausted", f"--cpus {cpus:g}: the largest of {len(machines)} machines at {address} has {max(machines, default=0):g}")
         # A task that died is given out again by us, who count how often; Ray would not say so.
         self._task = ray.remote(num_cpus=cpus, max_retries=0, scheduling_strategy="SPREAD")(run_drawer)
         self._jobs: dict[Any, str] = {}

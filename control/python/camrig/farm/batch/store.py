@@ -17,11 +17,13 @@ import fcntl
 import hashlib
 import json
 import os
+import re
 import secrets
 from pathlib import Path
 from typing import Any, BinaryIO, Callable, Iterable, Iterator
 
 from ...errors import CamrigError
+from .shard_file import CAMERA_FILES
 
 _CHUNK_BYTES = 1 << 20
 _FORMAT = 1
@@ -44,7 +46,7 @@ class Store:
         try:
             told = json.loads((self.shards / f"{shard_id}.json").read_bytes())
             return told if self.shard_path(shard_id).stat().st_size == told["bytes"] else None
-        except FileNotFoundError:
+        except (FileNotFoundError, ValueError, KeyError, TypeError):  # a disk that lost it
             return None
 
     def publish(self, shard_id: str, write: Callable[[BinaryIO], dict[str, Any]]) -> dict[str, Any]:
@@ -136,8 +138,11 @@ class Store:
         path = self.folder / "manifest.jsonl"
         try:
             with open(path, encoding="utf-8") as lines:
-                for line in lines:
-                    yield json.loads(line)
+                for number, line in enumerate(lines, 1):
+                    told = json.loads(line)
+                    if not _is_sound(told):
+                        raise ValueError(f"line {number} is not of a shard")
+                    yield told
         except FileNotFoundError:
             raise CamrigError("not_found", f"{self.folder}: no manifest.jsonl; it is there when a run of camrig farm record has ended") from None
         except ValueError as problem:
@@ -157,6 +162,15 @@ class Store:
         if size != told["bytes"]:
             return f"{path.name}: {size} bytes, the manifest says {told['bytes']}"
         return None if made.hexdigest() == told["sha256"] else f"{path.name}: other bytes than the manifest says"
+
+
+def _is_sound(told: Any) -> bool:
+    """Whether names in a manifest, which may be anybody's, are names and no paths."""
+    try:
+        return re.fullmatch("[0-9a-f]{16}", told["shard"]) is not None and all(re.fullmatch("[a-z0-9_]{1,24}", camera["name"]) and not set(camera["files"]) - set(CAMERA_FILES)
+                                                                              for camera in told["cameras"])
+    except (KeyError, TypeError):
+        return False
 
 
 def _check_same(shard_id: str, mine: str, its: str) -> None:
