@@ -308,7 +308,7 @@ def moves_table(measured: Measured, days: float = 200) -> str:
 
 
 def batch_table(measured: Measured) -> str:
-    lines = ["| drawing of a shard | 10 nodes | 100 nodes | 1000 nodes | shards begun anew, 1000 nodes | without its last shards |", "|---|---|---|---|---|---|"]
+    lines = ["| drawing of a shard | 10 nodes | 100 nodes | 1000 nodes | shards begun anew, 1000 nodes | 100 shards a node, 1000 nodes |", "|---|---|---|---|---|---|"]
     for shard_s in (5, 30, 120, 600, 3600):
         of = {nodes: batch(nodes, 20 * nodes, shard_s, measured) for nodes in (10, 100, 1000)}
         endless = batch(1000, 100_000, shard_s, measured).efficiency
