@@ -32,6 +32,7 @@ from tools.bench import report  # noqa: E402
 _NODES = 4
 _POLL_S = 0.05
 _STARTS = 100
+_NODE_STARTS = 5
 _VICTIMS = ("drawer", "camrig", "worker", "node", "record")
 
 
@@ -89,7 +90,12 @@ class Chaos:
         self.kills: collections.Counter[str] = collections.Counter()
 
     def _add(self):
-        return self._cluster.add_node(num_cpus=1, object_store_memory=80 << 20)
+        for _ in range(_NODE_STARTS):
+            try:
+                return self._cluster.add_node(num_cpus=1, object_store_memory=80 << 20)
+            except Exception as problem:  # Ray has no other; it waits 30 s for a node, which a busy machine may not need less than
+                failed = problem
+        raise failed
 
     def kill_one(self, recorder: subprocess.Popen) -> bool:
         """One at random; False when there was none of the kind right now."""
