@@ -23,6 +23,8 @@ PAGES = {
     "accuracy.md": "bounds reprojection calibration stereo offset depth inverse lens_methods antialias textures colour jpeg h264",
     "backdrops.md": "place",
     "devices.md": "colours latency",
+    "farm-model.md": "measured log moves batch",
+    "farm-record.md": "kills",
     "getting-started.md": "first_steps",
     "mutations.md": "mutations",
     "network.md": "strategies camsim",

@@ -43,13 +43,14 @@ def start(
     binary: str | os.PathLike[str] | None = None,
     args: Sequence[str] = (),
     env: Mapping[str, str] | None = None,
+    runner: Sequence[str] = (),
     timeout: float = 60.0,
 ) -> Rig:
     """Starts `camrig serve SCENE` with a private control socket and free ports, and waits until it is ready.
 
     mode (realtime, lockstep), device (EGL device number, "cpu", or "llvmpipe": all by Mesa's rasteriser), seed, overload (drop, slow), quality (fast, simple,
     beautiful), http, rtsp, tcp (ports; 0: any free one) are the options of that command; ``args`` are further ones. ``env`` adds
-    to the environment. The rig ends with close(), with the context manager, or with this Python program. close() raises CamrigError
+    to the environment; ``runner`` are words to put before the command, as of setpriv or taskset. The rig ends with close(), with the context manager, or with this Python program. close() raises CamrigError
     when the rig has not ended as it should: with exit code 0, within 5 s ($CAMRIG_STOP_TIMEOUT_S).
     """
     program = os.fspath(binary) if binary is not None else find_binary()
@@ -58,7 +59,7 @@ def start(
     for option, value in (("mode", mode), ("device", device), ("seed", seed), ("overload", overload), ("quality", quality), ("tcp", tcp)):
         if value is not None:
             command += [f"--{option}", str(value)]
-    process = _Process(command, list(args), env)
+    process = _Process(command, list(args), env, runner)
     try:
         ready = process.wait_ready(timeout)
         ports = {service: int(ready[service]) for service in ("http", "rtsp") if ready.get(service)}
@@ -78,7 +79,7 @@ def start(
 class _Process:
     """The daemon as our child: with a directory for its socket and log, both gone when it is."""
 
-    def __init__(self, command: list[str], args: list[str], env: Mapping[str, str] | None) -> None:
+    def __init__(self, command: list[str], args: list[str], env: Mapping[str, str] | None, runner: Sequence[str]) -> None:
         directory = tempfile.mkdtemp(prefix="camrig-")
         if len(directory) > 80:  # a Unix socket's path has at most 107 bytes
             os.rmdir(directory)
@@ -87,7 +88,7 @@ class _Process:
         self._log_path = os.path.join(directory, "log")
         self._final_log: str | None = None
         self._ready_fd, child_fd = os.pipe()
-        command = [*command, "--control", self.control, "--ready-fd", str(child_fd), *args]
+        command = [*runner, *command, "--control", self.control, "--ready-fd", str(child_fd), *args]
         try:
             # A file, not a pipe: nobody has to read it for the daemon to go on.
             with open(self._log_path, "wb") as log:

@@ -1,0 +1,35 @@
+"""`camrig farm COMMAND ...`"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from typing import Sequence
+
+from ..command_line import Parser, run
+
+#: The module of each command, whose main() takes the words behind its name, and what it does.
+COMMANDS = {
+    "record": ("camrig.farm.batch.record", "draws a data set by a plan of shards, on this machine or by Ray"),
+    "plan": ("camrig.farm.batch.show_plan", "tells the shards of a plan, one a line, and draws nothing"),
+    "check": ("camrig.farm.batch.check", "reads a data set again and compares it with its manifest"),
+    "export": ("camrig.farm.batch.export", "makes COCO, MOTChallenge, KITTI, YOLO or Parquet of a data set"),
+}
+
+
+def main(arguments: Sequence[str]) -> int:
+    told = "\n".join(f"  {name:10}{text}" for name, (_, text) in COMMANDS.items())
+    parser = Parser(prog="camrig farm", usage="%(prog)s COMMAND ...", description="camrig on many machines",
+                    epilog=f"commands:\n{told}\n\ncamrig farm COMMAND --help tells their options", formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", action="store_true", help="machine-readable output")
+    parser.add_argument("command", choices=COMMANDS, metavar="COMMAND")
+    words = list(arguments)
+    at = next((number for number, word in enumerate(words) if not word.startswith("-")), len(words))
+    options = parser.parse_args(words[: at + 1])
+    rest = words[at + 1 :] + (["--json"] if options.json else [])
+    return importlib.import_module(COMMANDS[options.command][0]).main(rest)
+
+
+if __name__ == "__main__":
+    sys.exit(run(main))

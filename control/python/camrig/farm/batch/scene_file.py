@@ -1,0 +1,132 @@
+"""The scene of a variant: a shipped or given scene with some of its values changed, in a folder of its own; and the hash of all that it is made of."""
+
+from __future__ import annotations
+
+import copy
+import functools
+import json
+import os
+import struct
+from pathlib import Path
+from typing import Any, Iterator, Mapping
+
+from ...errors import CamrigError
+from ...places import find_binary, find_scene
+from .hashing import canonical, file_hash, text_hash
+from .pointer import PointerError, assign
+
+_MAX_SCENE_BYTES = 16 << 20
+_MAX_MODEL_BYTES = 256 << 20
+_SHIPPED = "camrig:"
+
+
+def scene_path(scene: str) -> Path:
+    """The file of a scene: "hall" is a shipped one, as for `camrig serve`; anything else is a path."""
+    is_word = "/" not in scene and "." not in scene
+    if is_word and (folder := os.environ.get("CAMRIG_SCENES")):
+        return Path(folder, f"{scene}.json")
+    return Path(find_scene(f"scenes/{scene}.json" if is_word else scene, find_binary())).absolute()
+
+
+def read_scene(scene: str) -> dict[str, Any]:
+    path = scene_path(scene)
+    try:
+        with open(path, "rb") as file:
+            text = file.read(_MAX_SCENE_BYTES + 1)
+    except OSError as problem:
+        raise CamrigError("not_found", f"{path}: {problem.strerror}") from None
+    try:
+        value = json.loads(text) if len(text) <= _MAX_SCENE_BYTES else None
+    except (ValueError, RecursionError) as problem:
+        raise CamrigError("invalid_argument", f"{path}: is not JSON: {problem}; a plan takes scene files, no bare models") from None
+    if not isinstance(value, dict) or not isinstance(value.get("cameras", []), list):
+        raise CamrigError("invalid_argument", f"{path}: is no scene file")
+    return value
+
+
+def varied(scene: Mapping[str, Any], cameras: list[Any] | None, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The scene with these cameras instead of its own, then with the changes, whose keys are places (pointer.py). Cameras lose their outputs:
+    nobody but the recording watches. Raises PointerError."""
+    made = copy.deepcopy(dict(scene))
+    if cameras is not None:
+        made["cameras"] = copy.deepcopy(cameras)
+    for place, value in changes.items():
+        try:
+            assign(made, place, copy.deepcopy(value))
+        except PointerError as wrong:
+            raise PointerError(f"{place}: {wrong}") from None
+    for camera in made.get("cameras", []):
+        if isinstance(camera, dict):
+            camera.pop("outputs", None)
+    return made
+
+
+def write_varied(scene: str, made: Mapping[str, Any], folder: Path) -> Path:
+    """The changed scene as a file in that folder, which sees all files that the scene it was made from sees."""
+    original = scene_path(scene)
+    folder.mkdir()
+    for beside in original.parent.iterdir():
+        if beside.name != original.name:
+            (folder / beside.name).symlink_to(beside)
+    file = folder / original.name
+    file.write_text(canonical(made), encoding="utf-8")
+    return file
+
+
+def scene_hash(scene: str, made: Mapping[str, Any]) -> str:
+    """SHA-256 of a changed scene with every file that it names: models, what glTF models refer to, films, and its baked light."""
+    path = scene_path(scene)
+    files = {name: file_hash(file) for name, file in _assets(path, made)}
+    return text_hash([made, files])
+
+
+def _assets(scene: Path, made: Mapping[str, Any]) -> Iterator[tuple[str, Path]]:
+    light = scene.with_suffix(".light")
+    if light.is_file():
+        yield "light", light
+    for text in _texts(made):
+        if text.startswith(_SHIPPED):
+            file = scene_path("minimal").parent / (text.removeprefix(_SHIPPED) + ".glb")
+        elif "\0" in text or len(text) > 1000:
+            continue
+        else:
+            file = scene.parent / text
+        try:
+            is_file = file.is_file()
+        except OSError:  # a text that is too long for a name
+            continue
+        if is_file:
+            yield text, file
+            for name in _referred(str(file), file.stat().st_mtime_ns):
+                if (file.parent / name).is_file():
+                    yield f"{text}/{name}", file.parent / name
+
+
+@functools.lru_cache(maxsize=4096)
+def _referred(model: str, mtime_ns: int) -> list[str]:
+    """The files that a glTF model refers to; read once while it stays as it is."""
+    if not model.endswith((".gltf", ".glb")):
+        return []
+    try:
+        with open(model, "rb") as file:
+            if model.endswith(".glb"):  # its first chunk, behind a head of 12 bytes
+                (size,) = struct.unpack("<I", file.read(16)[12:])
+                file.seek(20)
+                told = json.loads(file.read(min(size, _MAX_SCENE_BYTES)))
+            else:
+                told = json.loads(file.read(_MAX_MODEL_BYTES))
+        uris = [part.get("uri") for key in ("buffers", "images") for part in told.get(key, [])]
+    except (OSError, ValueError, struct.error, AttributeError):
+        return []  # camrig says what is wrong with it
+    return [uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:")]
+
+
+def _texts(value: Any) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, Mapping):
+        for one in value.values():
+            yield from _texts(one)
+    elif isinstance(value, list):
+        for one in value:
+            yield from _texts(one)
