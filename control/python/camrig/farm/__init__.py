@@ -1,0 +1,1 @@
+"""camrig on many machines: `camrig farm`."""
