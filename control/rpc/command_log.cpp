@@ -44,6 +44,7 @@ Result<ReadCommandLog> read_command_log(const std::filesystem::path& file) {
     if (bytes > max_log_bytes)
         return error(ErrorKind::invalid_argument, file.string() + ": has more than 1 GiB and is no log of commands");
     ReadCommandLog log;
+    log.file = file;
     std::string text;
     for (std::size_t line = 1; std::getline(in, text); ++line) {
         if (in.eof()) {  // without its end
@@ -89,6 +90,13 @@ Result<std::shared_ptr<CommandLogWriter>> CommandLogWriter::create(const std::fi
 
 Result<std::shared_ptr<CommandLogWriter>> CommandLogWriter::go_on(const std::filesystem::path& file,
                                                                   const ReadCommandLog& log) {
+    std::error_code failed;
+    if (!std::filesystem::equivalent(file, log.file, failed)) {
+        auto branch = create(file);
+        if (!branch) return std::unexpected(branch.error());
+        if (!std::filesystem::copy_file(log.file, file, std::filesystem::copy_options::overwrite_existing, failed))
+            return error(ErrorKind::unavailable, file.string() + ": cannot be written: " + failed.message());
+    }
     UniqueFd made(::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
     if (!made || ::ftruncate(made.get(), static_cast<off_t>(log.whole_bytes)) != 0)
         return error(ErrorKind::unavailable, file.string() + ": cannot be written: " + std::strerror(errno));

@@ -27,6 +27,7 @@ struct LoggedCommand {
 /// A log of commands as it was read: a line of JSON for what it is of, then one for each command, in the order in which
 /// they were done. A last line that was cut off is as if it were not there.
 struct ReadCommandLog {
+    std::filesystem::path file;
     nlohmann::json identity;
     std::vector<LoggedCommand> commands;
     std::uintmax_t whole_bytes = 0;  ///< without what was cut off
@@ -47,13 +48,13 @@ class CommandLogWriter final : public engine::CommandJournal {
 public:
     /// A new log. already_exists: there is something in that file. unavailable: it cannot be written.
     static Result<std::shared_ptr<CommandLogWriter>> create(const std::filesystem::path& file);
-    /// Goes on with one that was read, behind its last whole line.
+    /// Goes on with one that was read, behind its last whole line: in its own file, or in a new one, a branch.
     static Result<std::shared_ptr<CommandLogWriter>> go_on(const std::filesystem::path& file,
                                                            const ReadCommandLog& log);
 
     /// The first line of a new log.
     void begin(const nlohmann::json& identity);
-    /// Until then what is noted is not written: it stands there already.
+    /// While it is, what is noted is not written: it stands there already.
     void set_muted(bool is_muted) { is_muted_ = is_muted; }
     void note(TimeNs at_ns, const std::string& text) override;
 

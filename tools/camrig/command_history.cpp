@@ -50,10 +50,8 @@ Result<CommandHistory> CommandHistory::open(const ServeOptions& options) {
         history.before_ = std::move(*read);
     }
     if (options.log.empty()) return history;
-    std::error_code failed;
-    history.goes_on_ = history.before_ && std::filesystem::equivalent(options.log, options.replay, failed);
-    auto writer = history.goes_on_ ? control::CommandLogWriter::go_on(options.log, *history.before_)
-                                   : control::CommandLogWriter::create(options.log);
+    auto writer = history.before_ ? control::CommandLogWriter::go_on(options.log, *history.before_)
+                                  : control::CommandLogWriter::create(options.log);
     if (!writer) return at("--log", writer.error());
     history.writer_ = std::move(*writer);
     return history;
@@ -70,12 +68,14 @@ Result<void> CommandHistory::begin(const ServeOptions& options, control::RpcServ
     if (!before_ && !writer_) return {};
     const auto identity = identity_of(rpc);
     if (!identity) return std::unexpected(identity.error());
-    if (writer_ && !goes_on_) writer_->begin(*identity);
-    if (!before_) return {};
+    if (!before_) {
+        writer_->begin(*identity);
+        return {};
+    }
     if (const std::string difference = control::difference_of(before_->identity, *identity); !difference.empty())
         return error(ErrorKind::invalid_argument,
                      "--replay " + options.replay.string() + ": is of another world: " + difference);
-    if (writer_) writer_->set_muted(goes_on_);
+    if (writer_) writer_->set_muted(true);
     const TimeNs start_ns = monotonic_now_ns();
     if (auto done = control::replay(*before_, rpc); !done)
         return at("--replay " + options.replay.string(), done.error());

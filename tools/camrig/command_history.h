@@ -22,7 +22,6 @@ public:
 private:
     std::optional<control::ReadCommandLog> before_;
     std::shared_ptr<control::CommandLogWriter> writer_;
-    bool goes_on_ = false;  ///< what is written comes behind what was read
 };
 
 /// For rig.identity: `build` and `mathematics`.

@@ -117,7 +117,7 @@ class Door:
                 return await self._command(method, params)
             return await self._look(request, params, wires)
         except CamrigError as problem:
-            return {"error": {"code": -32000, "message": str(problem), "data": {"kind": problem.kind}}}
+            return {"error": {"code": -32000, "message": problem.message, "data": {"kind": problem.kind}}}
 
     async def _learn(self) -> None:
         """What changes the world takes a time: so the rig's own description says."""

@@ -96,7 +96,7 @@ class Sequencer:
         try:
             reply = await self._do(asked)
         except CamrigError as problem:
-            reply = {"error": {"code": -32000, "message": str(problem), "data": {"kind": problem.kind}}}
+            reply = {"error": {"code": -32000, "message": problem.message, "data": {"kind": problem.kind}}}
         await message.respond(json.dumps(reply).encode())
 
     async def _do(self, asked: dict[str, Any]) -> dict[str, Any]:
