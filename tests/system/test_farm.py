@@ -57,7 +57,7 @@ def test_in_lockstep_every_node_shows_what_one_machine_shows():
     """The unmodified client commands two nodes; each camera's pictures are those of a single machine, to the byte."""
     with start(mode="lockstep") as alone:
         people = people_of(alone)
-        line = list(itertools.islice(commands(11, people), 40))
+        line = list(itertools.islice(commands(11, people), 37))
         seen = []
         for number, (method, params) in enumerate(line):
             alone.call(method, **params)
@@ -148,7 +148,7 @@ def test_a_node_that_joins_late_becomes_equal_and_one_that_differs_is_named_and_
         named = lambda: [line for line in facts["said"] if "node3 stops" in line]
         wait_until(lambda: named(), 10)
         assert f"actor {people_of(rig)[0]}" in named()[0]
-        wait_until(lambda: [node["node"] for node in nodes_of(rig)] == ["node1", "node4"] or sorted(node["node"] for node in nodes_of(rig)) == sorted({"node1", "node2", "node4"} & {node["node"] for node in nodes_of(rig)}), 30, "one in its place")
+        wait_until(lambda: len(nodes_of(rig)) == 2 and "node4" in [node["node"] for node in nodes_of(rig)], 30, "one in its place")
 
 
 def test_a_node_of_another_world_cannot_join():

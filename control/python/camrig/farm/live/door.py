@@ -21,8 +21,10 @@ from ...errors import CamrigError, error_of_reply
 from .log import LEASE_S, Subjects
 from .wire import Wire
 
-#: So long a command is tried again, when the sequencer has died.
-COMMAND_TIMEOUT_S = 15.0
+#: So long a command is tried again, when the sequencer has died; and a step, which waits for readers.
+COMMAND_TIMEOUT_S, STEP_TIMEOUT_S = 15.0, 120.0
+#: So long one try waits. The command has an id: however often it is sent, it comes once.
+_TRY_S = 2.0
 _MAX_LINE = 96 << 20
 _MAX_BATCH = 64
 
@@ -135,13 +137,13 @@ class Door:
         if "at_ns" in params:
             raise CamrigError("invalid_argument", "at_ns: a farm says itself when a command is done")
         asked = json.dumps({"id": uuid.uuid4().hex, "method": method, "params": params}).encode()
-        deadline = time.monotonic() + COMMAND_TIMEOUT_S
+        deadline = time.monotonic() + (STEP_TIMEOUT_S if method == "world.step" else COMMAND_TIMEOUT_S)
         while time.monotonic() < deadline:
             try:
-                message = await self._bus.request(self._subjects.command, asked, timeout=max(1.0, float(params.get("timeout_s", 0)) + 5.0))
+                message = await self._bus.request(self._subjects.command, asked, timeout=_TRY_S)
                 return json.loads(message.data)
             except (nats.errors.Error, asyncio.TimeoutError):
-                await asyncio.sleep(0.1)  # the same id: it comes once
+                await asyncio.sleep(0.1)
         raise CamrigError("unavailable", f"{method}: the farm has no sequencer now; ask again")
 
     def _node_for(self, params: dict[str, Any]) -> dict[str, Any]:

@@ -12,14 +12,16 @@ from .wire import Wire
 
 _CHUNK = 60  # entries of one line; the rig takes 64
 DIGEST_EVERY_NS = 1_000_000_000
+_MOST_UNANSWERED = 48  # lines
 _FAR_NS = 30 * DIGEST_EVERY_NS
 
 
 class Feed:
     """The log's entries up to ``applied``, on one rig. ``results`` has the answers of the newest, by number."""
 
-    def __init__(self, log: CommandLog, wire: Wire, is_lockstep: bool) -> None:
-        self._log, self._wire, self._is_lockstep = log, wire, is_lockstep
+    def __init__(self, log: CommandLog, wire: Wire, identity: dict[str, Any]) -> None:
+        self._log, self._wire, self._identity = log, wire, identity
+        self._is_lockstep = identity["mode"] == "lockstep"
         self.begin: dict[str, Any] | None = None
         self.applied = 0
         self.last_at_ns = 0
@@ -43,6 +45,7 @@ class Feed:
             entries = [(number, await self._log.read(number)) for number in range(self._fed + 1, min(last, self._fed + _CHUNK) + 1)]
             if entries[0][1]["kind"] == "begin":
                 self.begin = entries.pop(0)[1]
+                raise_if_different(self.begin, self._identity)
             self._fed += len(entries) + (self._fed == 0)
             if self._is_lockstep:
                 await self._step(entries)
@@ -55,15 +58,16 @@ class Feed:
         batch: list = []
         for number, entry in entries:
             if entry["at_ns"] > self._limit_ns + _FAR_NS:  # who joins late: the world comes after what it is told
-                await self._flush(batch)
+                self._flush(batch)
                 await self._run_to(entry["at_ns"] - 1)
             self._ask_digests(batch, entry["at_ns"])
             batch.append((number, self._wire.request(entry["method"], {**entry["params"], "at_ns": entry["at_ns"]})))
             self.last_at_ns = entry["at_ns"]
-        last = self._flush(batch)
-        if len(entries) == _CHUNK:  # more are to come than the rig takes at once
-            await self._run_to(self.last_at_ns)
-            await last
+        self._flush(batch)
+        if len(entries) == _CHUNK:  # more are to come, of this time too perhaps
+            await self._run_to(self.last_at_ns - 1)
+            while self._wire.unanswered >= _MOST_UNANSWERED:
+                await asyncio.sleep(0.002)
 
     def _flush(self, batch: list) -> asyncio.Future[Any]:
         """Sends it and empties it; the future is done when the last of it is."""
@@ -98,8 +102,8 @@ class Feed:
                 answer.set_result(reply)
 
     async def _run_to(self, until_ns: int) -> None:
-        """Raises the limit; by steps, each of which is waited for, where it is far."""
-        while until_ns > self._limit_ns:
+        """Raises the limit; by steps, each of which is waited for, where it is far. A rig that is slow is told later."""
+        while until_ns > self._limit_ns and self._wire.unanswered < _MOST_UNANSWERED:
             is_far = until_ns > self._limit_ns + _FAR_NS
             self._limit_ns = min(until_ns, self._limit_ns + _FAR_NS)
             batch: list = []

@@ -20,7 +20,7 @@ from typing import Any
 
 from ...errors import CamrigError
 from ...places import find_binary, find_scene
-from .feed import Feed, raise_if_different
+from .feed import Feed
 from .log import RENEW_S, CommandLog, Lease, Subjects, connect
 from .sequencer import Sequencer
 from .wire import Wire
@@ -93,7 +93,7 @@ class Node:
             self.bus = await connect(self.options.nats)
             self.log = CommandLog(self.bus, self.subjects)
             await self.log.open()
-            self.feed = Feed(self.log, self.wire, self.options.mode == "lockstep")
+            self.feed = Feed(self.log, self.wire, self.identity)
             lease = Lease(self.bus, self.subjects, self.options.name)
             await lease.open()
             self.sequencer = Sequencer(self.bus, self.subjects, self.log, lease, self.feed, self.identity, self.options.lead_ms)
@@ -125,15 +125,11 @@ class Node:
         self._stop.set_result(f"{told['why']}; what differs: {', '.join(differs[:20]) or 'unknown'}")
 
     async def _follow(self) -> None:
-        joined = False
         while True:
             await self._marked.wait()
             self._marked.clear()
             mark = self._mark
             await self.feed.take(mark["last"], mark["closed_ns"])
-            if self.feed.begin and not joined:
-                raise_if_different(self.feed.begin, self.identity)
-                joined = True
 
     async def _digests(self) -> None:
         while True:

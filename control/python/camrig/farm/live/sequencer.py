@@ -108,13 +108,12 @@ class Sequencer:
             if len(json.dumps(entry)) > MAX_ENTRY_BYTES:
                 raise CamrigError("invalid_argument", f"{asked['method']}: a command of a farm has at most {MAX_ENTRY_BYTES} bytes")
             number = await self._append(entry)
-            self._last = max(self._last, number)
-            self._last_at_ns = entry.get("to_ns", entry["at_ns"])
-            await self._mark(time.time_ns() - self._epoch_utc_ns) if not self._is_lockstep else None
-            if self._is_lockstep:
-                await self._bus.publish(self._subjects.mark, json.dumps({"term": self._lease.term, "last": self._last, "closed_ns": -1}).encode())
-                if entry["kind"] == "step":
-                    await self._wait_for_nodes(number)
+            if number > self._last:  # else it was asked again, and is there already
+                self._last = number
+                self._last_at_ns = entry.get("to_ns", entry["at_ns"])
+            await self._mark(time.time_ns() - self._epoch_utc_ns)
+            if entry["kind"] == "step":
+                await self._wait_for_nodes(number)
         try:
             reply = await asyncio.wait_for(asyncio.shield(self._feed.result(number)), STEP_TIMEOUT_S)
         except asyncio.TimeoutError:

@@ -60,7 +60,7 @@ class Farm:
             for child in [*self._children.values(), *([self._bus_server] if self._bus_server else [])]:
                 with contextlib.suppress(ProcessLookupError):
                     child.terminate()
-            await asyncio.gather(*(child.wait() for child in self._children.values()))
+            await asyncio.gather(*(child.wait() for child in [*self._children.values(), *([self._bus_server] if self._bus_server else [])]))
 
     async def _all_there(self) -> None:
         while len(self.door.live()) < self._options.nodes or not any(one["is_sequencer"] for one in self.door.nodes().values()):

@@ -39,6 +39,10 @@ class Wire:
         self._writer.write(json.dumps(message, separators=(",", ":")).encode() + b"\n")
         return answer
 
+    @property
+    def unanswered(self) -> int:
+        return len(self._waiting)
+
     def request(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
         return {"jsonrpc": "2.0", "id": next(self._ids), "method": method, "params": params}
 
