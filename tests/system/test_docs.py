@@ -34,6 +34,7 @@ ELSEWHERE = {
     "docs/backdrops.md": "they need a photo; test_backdrops.py and test_plate.py give them one",
     "docs/control-protocol.md": "messages and answers as they were, written by `camrig methods --write` and compared by CI",
     "docs/cpp-client.md": "test_cpp_client.py and test_install.py",
+    "docs/farm.md": "need the extra camrig[farm] and a NATS server; test_farm.py starts farms, test_command_log.py logs",
     "docs/faults.md": "test_faults.py and test_campaigns.py",
     "docs/install.md": "needs root; test_install.py installs, packs and verifies",
     "docs/mutations.md": "answers",
