@@ -50,10 +50,19 @@ public:
     /// Whether bytes may follow the answer: it is no part of a batch, and goes where lines are read.
     bool takes_bytes() const { return takes_bytes_; }
 
+    /// What was asked beside what the method reads itself (Method::takes_time).
+    struct Asked {
+        std::optional<std::int64_t> at_ns = {};       ///< world time at which it is done
+        std::shared_ptr<const std::string> text = {};  ///< for the command log; null: nobody keeps one
+    };
+    const Asked& asked() const { return asked_; }
+    void set_asked(Asked asked) { asked_ = std::move(asked); }
+
 private:
     std::function<void(Result<RpcResult>)> function_;
     std::shared_ptr<ByteBudget> budget_;
     bool takes_bytes_ = false;
+    Asked asked_;
 };
 
 inline Error out_of_memory() {
@@ -88,6 +97,7 @@ struct Method {
     std::function<void(const nlohmann::json& params, RpcReply done)> handler;
     std::string example = "{}";  ///< parameters as JSON text
     bool only_looks = false;     ///< changes nothing and reads no files: also for those who may not command
+    bool takes_time = false;     ///< has the parameter at_ns, which is read for it
     bool reads_files = false;    ///< its errors may tell of files: in full to the rig's owner only
 };
 

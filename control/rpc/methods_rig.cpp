@@ -73,7 +73,7 @@ std::vector<Method> rig_methods(RpcContext& context, std::function<json()> call_
                "name, due, rendered, dropped, idle and outputs with their readers. dropped_for says why: overload "
                "(too little time for all cameras), own_cost (this camera's pictures cost more than its share), "
                "request (pictures and truth on request took the time), failure (the log says which), fault "
-               "(fault.set). "
+               "(fault.set), held (world.limit). "
                "Of an output, fault and not_drawn are frames that its readers would have taken, and kept_back those "
                "that none "
                "of them was given (fault stall or disconnect); of a reader, fault are those of its dropped that a "

@@ -29,7 +29,7 @@ const std::vector<FieldOf<engine::WorldState>>& world_fields() {
          .write = [](const State& state) { return json(state.state.world_ns); }},
         {.field = {.name = "state_hash",
                    .type = "string",
-                   .doc = "of the actors and lights at state_ns: equal states have equal hashes"},
+                   .doc = "of all that decides the world's future, at state_ns: equal states have equal hashes"},
          .write = [](const State& state) { return json(hex_text(state.state.value)); }},
         told_at<&State::objects>({.name = "objects", .doc = "objects of the scene"}),
         told_at<&State::actors>({.name = "actors", .doc = "actors that are there now"}),

@@ -113,6 +113,12 @@ Result<void> check_names(const Method& method, const json& params) {
     return {};
 }
 
+/// As the command log has it: one line, keys sorted, numbers in the shortest form that reads back the same.
+std::shared_ptr<const std::string> command_text(const std::string& method, const json& params) {
+    return std::make_shared<const std::string>(json{{"method", method}, {"params", params}}.dump(
+        -1, ' ', false, json::error_handler_t::replace));
+}
+
 /// Where a path leads when every link is followed: a link below our folder may lead anywhere. Its last part need not be
 /// there. Empty: nobody can tell.
 std::filesystem::path real_place(const std::filesystem::path& path) {
@@ -178,12 +184,24 @@ void RpcServer::call(const json& params, std::size_t index, Authority authority,
     calls_[index].fetch_add(1);
     if (authority != Authority::own && method.reads_files) done = without_foreign_files(params, std::move(done));
     if (auto good = check_names(method, params); !good) return done(std::unexpected(good.error()));
+    const auto given = method.takes_time ? params.find("at_ns") : params.end();
+    RpcReply::Asked asked;
+    if (given != params.end()) {
+        if (!given->is_number_integer() || *given < 0 || *given > max_time_ns)
+            return done(error(ErrorKind::invalid_argument, "at_ns: must be a world time in whole nanoseconds"));
+        asked.at_ns = given->get<std::int64_t>();
+    }
+    json rest;  // what the method itself reads
+    if (asked.at_ns) (rest = params).erase("at_ns");
+    const json& own = asked.at_ns ? rest : params;
+    if (context_.keeps_text && !method.only_looks) asked.text = command_text(method.name, own);
     const auto budget = done.budget();
     const bool takes_bytes = done.takes_bytes();
     const auto answer = std::make_shared<Answer>(std::move(done));
     RpcReply reply([answer](Result<RpcResult> result) { answer->give(std::move(result)); }, budget, takes_bytes);
+    reply.set_asked(std::move(asked));
     try {
-        method.handler(params, std::move(reply));
+        method.handler(own, std::move(reply));
     } catch (const std::bad_alloc&) {
         answer->give(std::unexpected(out_of_memory()));
     }
@@ -223,6 +241,27 @@ void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> don
     }
 }
 
+namespace {
+
+/// What changes cameras or the world may say when.
+void take_times(std::vector<Method>& methods) {
+    for (Method& method : methods) {
+        const std::string family = method.name.substr(0, method.name.find('.'));
+        const bool changes = !method.only_looks && family != "world" && family != "scene" && family != "frame" &&
+                             family != "truth" && family != "rig";
+        if (!changes && method.name != "world.digest") continue;
+        method.takes_time = true;
+        method.params.push_back(
+            {"at_ns", "integer",
+             "world time at which it is done: after the frames that are due then, before the world's next step; those of "
+             "one time in the order in which they came. The answer comes when it was done. Not past, and at most an "
+             "hour ahead; 4096 may wait. Default: at once",
+             false, "ns"});
+    }
+}
+
+}  // namespace
+
 std::vector<Method> make_methods(RpcContext& context, std::function<json()> call_counts) {
     std::vector<Method> all;
     const auto add = [&](std::vector<Method> some) { std::ranges::move(some, std::back_inserter(all)); };
@@ -235,6 +274,8 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     add(event_methods(context));
     add(frame_methods(context));
     add(truth_methods(context));
+    add(replica_methods(context));
+    take_times(all);
     auto rig = rig_methods(context, std::move(call_counts));
     // server.info lists all methods, its own family too.
     json names = json::array();

@@ -55,6 +55,7 @@ struct CameraEntry {
     std::shared_ptr<const std::string> name;
     world::Camera camera;
     std::uint64_t spec_revision = 0;
+    std::pair<std::uint64_t, std::uint64_t> spec_digest = {};  ///< of this revision, made when it is asked for
     LatestDue latest;
     /// For its truths. What is in it belongs to the lane that draws.
     std::shared_ptr<truth::StandingObjects> standing = std::make_shared<truth::StandingObjects>();

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <concepts>
 #include <functional>
 #include <map>
 #include <optional>
@@ -269,6 +270,32 @@ struct WaitEvents {
     std::uint64_t since = 0;
     TimeNs timeout_ns = 10 * ns_per_s;
 };
+/// How far the world may run, in real time; from a rig that is held (EngineOptions::is_held) it goes nowhere else.
+struct SetLimit {
+    struct Reply {
+        TimeNs world_ns = 0;
+        TimeNs limit_ns = max_time_ns;
+        std::size_t waiting = 0;  ///< commands that wait for their time
+    };
+    std::optional<TimeNs> until_ns = {};  ///< nullopt: as it is
+    /// World time that it is now by who knows it: the rig's clock is set to it, and what that skips is `held`. Less than
+    /// 2 ms are made good bit by bit (500 ppm).
+    std::optional<TimeNs> clock_ns = {};
+};
+/// What tells two rigs of one scene apart.
+struct GetDigest {
+    struct Reply {
+        TimeNs world_ns = 0;
+        TimeNs state_ns = 0;  ///< of the world's last step
+        std::uint64_t value = 0;
+        world::StateHash world;
+        std::uint64_t cameras = 0;
+        std::uint64_t commands = 0;  ///< of what was done, with its times
+        std::uint64_t command_count = 0;
+        std::vector<world::NamedDigest> parts;
+    };
+    bool with_parts = false;
+};
 struct GetStats {
     using Reply = stream::RigReport;
 };
@@ -287,6 +314,10 @@ template <typename C>
 struct Request {
     C command;
     std::function<void(Result<typename C::Reply>)> done;
+    /// World time at which it is done, after the frames that are due then; nullopt: at once. (Timed<C>, GetDigest.)
+    std::optional<TimeNs> at_ns = {};
+    /// As the command log has it, one line of text; null: nobody said it.
+    std::shared_ptr<const std::string> text = {};
 };
 
 using Command =
@@ -297,7 +328,26 @@ using Command =
                  Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
                  Request<SteerActors>, Request<SpawnObject>, Request<SetObject>, Request<RemoveObject>,
                  Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetInstant>,
-                 Request<GetStats>, Request<GetTruth>>;
+                 Request<GetStats>, Request<GetTruth>, Request<SetLimit>, Request<GetDigest>>;
+
+template <typename C, typename... Of>
+concept OneOf = (std::same_as<C, Of> || ...);
+/// What changes the world or the cameras, and may say at what world time.
+template <typename C>
+concept Timed = OneOf<C, CreateCamera, SetCamera, DeleteCamera, MovePtz, PtzPresets, PtzTours, StopPtz, SetFault,
+                      ClearFaults, SpawnActor, RemoveActor, SetActor, SteerActors, SpawnObject, SetObject, RemoveObject,
+                      AddEvent, RemoveEvent>;
+/// What the command log has beside these, with the time at which it was done.
+template <typename C>
+concept Logged = Timed<C> || OneOf<C, LoadWorld, PauseWorld, ResumeWorld, StepWorld>;
+
+/// Is told of every command that has changed something, in the order in which that was done. Engine's thread.
+class CommandJournal {
+public:
+    virtual ~CommandJournal() = default;
+    virtual void note(TimeNs at_ns, const std::string& text) = 0;
+};
+
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {

@@ -25,8 +25,11 @@ TimeNs Instants::wake_time_ns() const {
         // Policy slow waits for what is drawn, and hears of it.
         if (rig_.options.overload == OverloadPolicy::slow && !rig_.drawing->is_idle()) return max_time_ns;
         const TimeNs idle_ns = monotonic_now_ns() + idle_tick_ns;
-        return rig_.schedule.empty() ? idle_ns
-                                     : std::min(idle_ns, rig_.clock.monotonic_at(rig_.schedule.next_due_ns()));
+        const TimeNs next_ns = std::min(rig_.schedule.next_due_ns(), rig_.agenda.next_ns());
+        // What is beyond the limit comes when that is raised.
+        return next_ns == max_time_ns || next_ns > rig_.agenda.limit_ns()
+                   ? idle_ns
+                   : std::min(idle_ns, rig_.clock.monotonic_at(next_ns));
     }
     if (steps_.empty()) return max_time_ns;
     const StepJob& job = steps_.front();
@@ -47,7 +50,7 @@ void Instants::run_realtime(TimeNs monotonic_ns) {
     const bool waits = rig_.options.overload == OverloadPolicy::slow;
     if (waits && !rig_.drawing->is_idle()) return;
     const TimeNs next_ns = rig_.schedule.next_due_ns();
-    const TimeNs now_ns = rig_.clock.world_at(monotonic_ns);
+    const TimeNs now_ns = std::min(rig_.clock.world_at(monotonic_ns), rig_.agenda.gate_ns());
     if (next_ns > now_ns) {
         chosen_late_ns_.reset();
         world_.advance(now_ns);
@@ -62,6 +65,7 @@ void Instants::run_realtime(TimeNs monotonic_ns) {
             rig_.clock.run(next_ns + slow_tolerance_ns, monotonic_ns);
     }
     const TimeNs instant_ns = rig_.schedule.next_due_ns();
+    rig_.done_ns = std::max(rig_.done_ns, instant_ns);
     if (!world_.advance(instant_ns)) return;
     begin_instant(instant_ns, rig_.clock.monotonic_at(instant_ns), !waits);
     chosen_late_ns_.reset();
@@ -74,10 +78,12 @@ void Instants::account_skipped(TimeNs instant_ns) {
     for (const auto& skipped : rig_.schedule.skip_before(instant_ns)) {
         CameraEntry& entry = rig_.cameras.at(skipped.camera);
         const auto frames = static_cast<std::uint64_t>(skipped.frames);
+        const auto reason = skipped.first_ns <= rig_.held_until_ns ? stream::DropReason::held
+                                                                   : stream::DropReason::overload;
         if (!rig_.bus.wanted(skipped.camera, skipped.first_ns).empty()) {
             entry.due += frames;
-            entry.dropped[static_cast<std::size_t>(stream::DropReason::overload)] += frames;
-            rig_.bus.miss(entry.id, skipped.first_ns, frames, stream::DropReason::overload);
+            entry.dropped[static_cast<std::size_t>(reason)] += frames;
+            rig_.bus.miss(entry.id, skipped.first_ns, frames, reason);
         } else {
             entry.idle += frames;
         }
@@ -92,8 +98,17 @@ void Instants::account_skipped(TimeNs instant_ns) {
     dropped_instants_ += count;
 }
 
+bool Instants::has_reached(TimeNs world_ns, TimeNs monotonic_ns) const {
+    if (rig_.schedule.next_due_ns() <= world_ns || rig_.world->last_step_ns() < world_ns) return false;
+    if (rig_.clock.running())
+        return !chosen_late_ns_ && std::min(rig_.clock.world_at(monotonic_ns), rig_.agenda.limit_ns()) >= world_ns;
+    if (rig_.clock.world_at(0) >= world_ns) return true;
+    return !steps_.empty() && steps_.front().target_ns >= world_ns && !steps_.front().next;
+}
+
 void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_dropped) {
     ++instants_;
+    rig_.done_ns = std::max(rig_.done_ns, world_ns);
     rig_.bus.reader_log().begin_instant(world_ns);
     const TimeNs start_ns = monotonic_now_ns();
     DueViews due;
@@ -205,7 +220,9 @@ void Instants::advance_step(TimeNs monotonic_ns) {
     StepJob& job = steps_.front();
     // The next instant is drawn while the last one is on its way; it is published when that has arrived.
     const TimeNs next_ns = rig_.schedule.next_due_ns();
-    if (!job.next && next_ns <= job.target_ns && world_.advance(next_ns)) {
+    // Commands that wait for their time have it on the way.
+    const TimeNs reach_ns = std::min(job.target_ns, rig_.agenda.next_ns());
+    if (!job.next && next_ns <= reach_ns && world_.advance(next_ns)) {
         const TimeNs now_ns = monotonic_now_ns();
         job.next = frame::FrameSet{next_ns, now_ns, {}};
         rig_.step_instant_ns = next_ns;
@@ -229,7 +246,7 @@ void Instants::advance_step(TimeNs monotonic_ns) {
         rig_.publish(ready, job.latch);
         return rig_.wake();
     }
-    if (world_.is_behind() || !world_.advance(job.target_ns)) return;
+    if (world_.is_behind() || !world_.advance(reach_ns) || reach_ns < job.target_ns) return;
     rig_.clock.hold(job.target_ns);
     const StepJob ended = std::move(job);
     steps_.pop_front();
@@ -253,18 +270,23 @@ void Instants::give_up_step(TimeNs monotonic_ns) {
     rig_.wake();
 }
 
-void Instants::start_step(Request<StepWorld>& request, std::function<WorldState()> state) {
+bool Instants::start_step(Request<StepWorld>& request, std::function<WorldState()> state) {
     if (rig_.clock.running()) {
-        return request.done(error(ErrorKind::unavailable,
-                                  "the world runs in real time; pause it first, or start with --mode lockstep"));
+        request.done(error(ErrorKind::unavailable,
+                           "the world runs in real time; pause it first, or start with --mode lockstep"));
+        return false;
     }
-    if (steps_.size() >= max_queued_steps)
-        return request.done(
+    if (steps_.size() >= max_queued_steps) {
+        request.done(
             error(ErrorKind::resource_exhausted, std::to_string(max_queued_steps) + " steps are waiting; send slower"));
+        return false;
+    }
     const StepWorld& step = request.command;
     const TimeNs from_ns = steps_.empty() ? rig_.clock.world_at(0) : steps_.back().target_ns;
-    if (step.duration_ns < 0 || step.duration_ns > max_time_ns - from_ns)
-        return request.done(error(ErrorKind::invalid_argument, "a step must be from 0 ns and end before 146 years"));
+    if (step.duration_ns < 0 || step.duration_ns > max_time_ns - from_ns) {
+        request.done(error(ErrorKind::invalid_argument, "a step must be from 0 ns and end before 146 years"));
+        return false;
+    }
     StepJob job;
     job.target_ns = from_ns + step.duration_ns;
     job.timeout_ns = step.timeout_ns;
@@ -272,6 +294,7 @@ void Instants::start_step(Request<StepWorld>& request, std::function<WorldState(
     job.state = std::move(state);
     steps_.push_back(std::move(job));
     rig_.wake();
+    return true;
 }
 
 void Instants::begin_world() {

@@ -19,7 +19,10 @@ public:
 
     /// What is due at monotonic_ns: some ms of the world's steps, or an instant.
     void turn(TimeNs monotonic_ns);
-    void start_step(Request<StepWorld>& request, std::function<WorldState()> state);
+    /// Whether it was started; else the request is answered.
+    bool start_step(Request<StepWorld>& request, std::function<WorldState()> state);
+    /// All is done that comes before a command of that world time, and the time has come.
+    bool has_reached(TimeNs world_ns, TimeNs monotonic_ns) const;
     bool has_steps() const { return !steps_.empty(); }
     /// There is another world, of time 0.
     void begin_world();

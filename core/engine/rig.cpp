@@ -4,6 +4,8 @@
 #include <numeric>
 
 #include "core/base/clock.h"
+#include "core/base/digest.h"
+#include "core/world/camera_json.h"
 
 namespace camrig::engine {
 namespace {
@@ -33,6 +35,12 @@ std::vector<stream::CounterReport> reports_of(const render::RenderCounters& coun
         all("conversions", counters.conversions, "Pictures that came from the device in the layout readers take.")};
 }
 
+/// Then the other desks have their turn.
+constexpr int max_commands_a_turn = 64;
+/// A clock that is less off is made good at this rate.
+constexpr TimeNs most_slewed_ns = 2 * ns_per_ms;
+constexpr TimeNs slew_ns_per_ms = 500;
+
 }  // namespace
 
 Rig::Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> lanes,
@@ -51,12 +59,17 @@ Rig::Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> la
                             .next_request = [this] { return requests_.next(); }});
 }
 
+Rig::~Rig() {
+    state_.agenda.refuse_all({ErrorKind::unavailable, "the rig shuts down"});
+}
+
 Result<std::unique_ptr<Rig>> Rig::create(world::SceneRef scene, const EngineOptions& options,
                                          std::vector<std::unique_ptr<DrawLane>> lanes,
                                          std::shared_ptr<DrawnTasks> finished, stream::LocalFrameBus& bus,
                                          std::function<void()> wake) {
     std::unique_ptr<Rig> rig(new Rig(options, std::move(lanes), std::move(finished), bus, std::move(wake)));
     rig->thread_.check();
+    rig->state_.agenda.set_limit(options.limit_ns);
     if (auto loaded = rig->load(std::move(scene)); !loaded) return std::unexpected(loaded.error());
     rig->cameras_.show_all();
     rig->state_.drawing->finish();
@@ -66,6 +79,7 @@ Result<std::unique_ptr<Rig>> Rig::create(world::SceneRef scene, const EngineOpti
 
 TimeNs Rig::wake_time_ns() const {
     if (state_.drawing->has_finished()) return 0;
+    if (!state_.agenda.empty() && instants_.has_reached(state_.agenda.next_ns(), monotonic_now_ns())) return 0;
     return std::min({instants_.wake_time_ns(), requests_.wake_time_ns(), world_.next_deadline_ns()});
 }
 
@@ -73,31 +87,102 @@ void Rig::tick(TimeNs monotonic_ns) {
     thread_.check();
     state_.drawing->take_finished();
     instants_.turn(monotonic_ns);
+    do_what_has_its_time(monotonic_ns);
     requests_.turn(monotonic_ns);
     state_.drawing->dispatch(monotonic_ns);
     world_.answer_waits(monotonic_ns);
 }
 
+template <typename C>
+bool Rig::admit(Request<C>& request, Command& command) {
+    const auto refuse = [&](ErrorKind kind, std::string message) {
+        request.done(error(kind, std::move(message)));
+        return false;
+    };
+    if (state_.options.journal && Logged<C> && !request.text)
+        return refuse(ErrorKind::unsupported,
+                      "this rig keeps a log of commands, which has those of JSON-RPC only (control socket, TCP, POST "
+                      "/rpc); send it there");
+    if (!request.at_ns) {
+        constexpr bool moves_clock = std::same_as<C, StepWorld>;
+        if (state_.options.is_held && Logged<C> && !moves_clock)
+            return refuse(ErrorKind::unavailable,
+                          "this world is held, so that it is the same on every machine: a command needs a world time "
+                          "at_ns; send it to what holds it (camrig farm)");
+        return true;
+    }
+    const TimeNs at_ns = *request.at_ns, now_ns = state_.world_now_ns(monotonic_now_ns());
+    if (at_ns < std::max(now_ns, state_.done_ns))
+        return refuse(ErrorKind::invalid_argument, "at_ns: " + std::to_string(at_ns) + " is past; world time is " +
+                                                       std::to_string(std::max(now_ns, state_.done_ns)) + " ns");
+    if (at_ns > now_ns + Agenda::max_ahead_ns)
+        return refuse(ErrorKind::invalid_argument,
+                      "at_ns: more than an hour ahead; world time is " + std::to_string(now_ns) + " ns");
+    const auto done = request.done;
+    if (auto added = state_.agenda.add(at_ns, command); !added) done(std::unexpected(added.error()));
+    return false;
+}
+
 void Rig::apply(Command& command) {
     thread_.check();
-    const auto apply_one = [this]<typename C>(Request<C>& request) {
+    if (std::visit([&](auto& request) { return admit(request, command); }, command)) perform(command);
+}
+
+TimeNs Rig::time_of_command() const {
+    const TimeNs now_ns = state_.world_now_ns(monotonic_now_ns()), last_ns = state_.world->last_step_ns();
+    return now_ns <= last_ns - state_.scene->step_ns ? last_ns - state_.scene->step_ns + 1 : now_ns;
+}
+
+void Rig::perform(Command& command) {
+    const auto perform_one = [this]<typename C>(Request<C>& request) {
+        TimeNs at_ns = 0;
+        if constexpr (Logged<C>) {
+            at_ns = request.at_ns.value_or(request.text ? time_of_command() : 0);
+            if (request.at_ns || request.text) state_.command_ns = at_ns;
+        } else if (request.at_ns) {
+            state_.command_ns = request.at_ns;
+        }
+        const auto answer = [&](auto result) {
+            state_.command_ns.reset();
+            if constexpr (Logged<C>) {
+                if constexpr (!std::same_as<C, LoadWorld>) state_.done_ns = std::max(state_.done_ns, at_ns);
+                if (result && request.text) state_.agenda.note(at_ns, *request.text);
+                if (result && request.text && state_.options.journal)
+                    state_.options.journal->note(at_ns, *request.text);
+            }
+            request.done(std::move(result));
+        };
         if constexpr (std::is_same_v<C, StepWorld>) {
-            instants_.start_step(request, [this] { return world_state(); });
+            state_.command_ns.reset();
+            if (instants_.start_step(request, [this] { return world_state(); }) && request.text &&
+                state_.options.journal)
+                state_.options.journal->note(at_ns, *request.text);
         } else if constexpr (std::is_same_v<C, WaitEvents>) {
             world_.wait_events(request);
         } else if constexpr (std::is_same_v<C, GetTruth>) {
             requests_.get_truth(request);
         } else if constexpr (requires { cameras_.run(request.command); }) {
-            request.done(cameras_.run(request.command));
+            answer(cameras_.run(request.command));
         } else if constexpr (requires { faults_.run(request.command); }) {
-            request.done(faults_.run(request.command));
+            answer(faults_.run(request.command));
         } else if constexpr (requires { world_.run(request.command); }) {
-            request.done(world_.run(request.command));
+            answer(world_.run(request.command));
         } else {
-            request.done(run(request.command));
+            answer(run(request.command));
         }
     };
-    std::visit(apply_one, command);
+    std::visit(perform_one, command);
+}
+
+void Rig::do_what_has_its_time(TimeNs monotonic_ns) {
+    Agenda& agenda = state_.agenda;
+    for (int i = 0; i < max_commands_a_turn && !agenda.empty(); ++i) {
+        const TimeNs at_ns = agenda.next_ns();
+        if (!instants_.has_reached(at_ns, monotonic_ns)) return;
+        if (!state_.clock.running()) state_.clock.hold(std::max(at_ns, state_.clock.world_at(0)));
+        Command command = agenda.take();
+        perform(command);
+    }
 }
 
 void Rig::fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) {
@@ -128,6 +213,11 @@ Result<void> Rig::load(world::SceneRef scene) {
     world_.begin_world();
     instants_.begin_world();
     state_.clock.hold(0);
+    state_.command_ns.reset();
+    if (state_.agenda.limit_ns() != max_time_ns) state_.agenda.set_limit(0);
+    state_.done_ns = 0;
+    state_.held_until_ns = -1;
+    state_.agenda.refuse_all({ErrorKind::unavailable, "at_ns: another world was loaded before that time"});
     state_.drawing->begin_world(state_.world->snapshot(0));
     cameras_.begin_world();
     state_.drawing->finish();
@@ -173,6 +263,92 @@ Result<WorldState> Rig::run(ResumeWorld&) {
     WorldClock& clock = state_.clock;
     if (!clock.running()) clock.run(clock.world_at(0), monotonic_now_ns());
     return world_state();
+}
+
+Result<SetLimit::Reply> Rig::run(SetLimit& command) {
+    if (state_.options.mode == RunMode::lockstep)
+        return error(ErrorKind::unsupported, "in lockstep the world moves by world.step only; it needs no limit");
+    const TimeNs monotonic_ns = monotonic_now_ns();
+    if (command.until_ns) {
+        if (state_.clock.running() && state_.clock.world_at(monotonic_ns) > state_.agenda.limit_ns())
+            state_.held_until_ns = std::max(state_.held_until_ns, state_.clock.world_at(monotonic_ns));
+        state_.agenda.set_limit(std::max(*command.until_ns, state_.world_now_ns(monotonic_ns)));
+    }
+    if (command.clock_ns && state_.clock.running()) set_clock(*command.clock_ns, monotonic_ns);
+    return SetLimit::Reply{state_.world_now_ns(monotonic_ns), state_.agenda.limit_ns(), state_.agenda.size()};
+}
+
+void Rig::set_clock(TimeNs world_ns, TimeNs monotonic_ns) {
+    WorldClock& clock = state_.clock;
+    const TimeNs is_ns = clock.world_at(monotonic_ns), off_ns = world_ns - is_ns;
+    const TimeNs elapsed_ms = std::min(monotonic_ns - std::exchange(clock_set_ns_, monotonic_ns), ns_per_s) / ns_per_ms;
+    if (std::abs(off_ns) < most_slewed_ns) {
+        const TimeNs most_ns = slew_ns_per_ms * elapsed_ms;
+        return clock.run(is_ns + std::clamp(off_ns, -most_ns, most_ns), monotonic_ns);
+    }
+    if (off_ns > 0) state_.held_until_ns = std::max(state_.held_until_ns, world_ns);
+    clock.run(std::max(world_ns, state_.world_now_ns(monotonic_ns)), monotonic_ns);
+}
+
+namespace {
+
+void add_head(Digest& digest, const camera::PtzHead& head, TimeNs now_ns) {
+    const auto add_position = [&](const camera::PtzPosition& at) { digest.add(at.pan_deg, at.tilt_deg, at.zoom); };
+    const camera::PtzStatus status = head.status(now_ns);
+    add_position(head.at(now_ns));
+    add_position(status.position);
+    digest.add(head.arrives_ns(), head.presets().size());
+    for (const auto& [name, position] : head.presets()) {
+        digest.add(name);
+        add_position(position);
+    }
+    for (const auto& [name, stops] : head.tours()) digest.add(name, stops.size());
+    digest.add(head.tour());
+}
+
+/// All that decides what a camera shows, and with which numbers. `due_ns` and `sequence` are of its next frame.
+std::uint64_t digest_of(CameraEntry& entry, const world::Snapshot& now, TimeNs due_ns, std::int64_t sequence,
+                        std::int64_t stride) {
+    if (entry.spec_digest.first != entry.spec_revision || entry.spec_digest.second == 0) {
+        Digest spec;
+        spec.add(world::camera_to_json(entry.spec()).dump());
+        entry.spec_digest = {entry.spec_revision, spec.value()};
+    }
+    Digest digest;
+    digest.add(static_cast<std::uint32_t>(entry.id), std::uint32_t{entry.number}, *entry.name, due_ns, sequence,
+               stride, entry.spec_digest.second, entry.camera.arrives_ns());
+    const camera::CameraState state = entry.camera.at(now);
+    const camera::Intrinsics& optics = state.intrinsics;
+    digest.add(state.pose.position, state.pose.orientation, optics.fx, optics.fy, optics.cx, optics.cy);
+    if (const auto head = entry.camera.head()) add_head(digest, **head, now.world_ns);
+    for (const fault::FaultRef& fault : entry.camera.faults().present(now.world_ns))
+        digest.add(fault->id, name_of(fault->kind), fault->begin_ns, fault->end_ns, fault->severity, fault->seed);
+    return digest.value();
+}
+
+}  // namespace
+
+Result<GetDigest::Reply> Rig::run(GetDigest& command) {
+    const world::World& world = world_.world_of_now();
+    GetDigest::Reply reply;
+    reply.world_ns = state_.world_now_ns(monotonic_now_ns());
+    reply.world = world.state_hash();
+    reply.state_ns = reply.world.world_ns;
+    if (command.with_parts) reply.parts = world.digests();
+    const world::SnapshotRef now = world.snapshot(reply.world_ns);
+    Digest cameras, all;
+    for (auto& [id, entry] : state_.cameras.all()) {
+        const std::uint64_t one = digest_of(entry, *now, state_.schedule.next_due_ns(id),
+                                            state_.schedule.next_sequence(id), state_.schedule.stride(id));
+        cameras.add(one);
+        if (command.with_parts) reply.parts.push_back({"camera " + *entry.name, one});
+    }
+    reply.cameras = cameras.value();
+    reply.commands = state_.agenda.digest();
+    reply.command_count = state_.agenda.done();
+    all.add(reply.world_ns, reply.world.value, reply.cameras, reply.commands);
+    reply.value = all.value();
+    return reply;
 }
 
 WorldState Rig::world_state() const {

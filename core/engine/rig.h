@@ -28,6 +28,8 @@ public:
                                                std::shared_ptr<DrawnTasks> finished, stream::LocalFrameBus& bus,
                                                std::function<void()> wake);
 
+    ~Rig();
+
     void apply(Command& command);
     void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done);
 
@@ -40,17 +42,31 @@ private:
     Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> lanes,
         std::shared_ptr<DrawnTasks> finished, stream::LocalFrameBus& bus, std::function<void()> wake);
 
+    /// Whether it is to be done now. Else it waits for its time, or is answered.
+    template <typename C>
+    bool admit(Request<C>& request, Command& command);
+    /// Does it, now or at the time it says.
+    void perform(Command& command);
+    void do_what_has_its_time(TimeNs monotonic_ns);
+    /// The world time of a command that says none, as a log can say it: steps of the world and frames that came before
+    /// it come before it again.
+    TimeNs time_of_command() const;
+
     Result<WorldState> run(LoadWorld& command);
     Result<WorldState> run(GetWorld& command);
     Result<std::shared_ptr<const HeldInstant>> run(GetInstant& command);
     Result<WorldState> run(PauseWorld& command);
     Result<WorldState> run(ResumeWorld& command);
     Result<stream::RigReport> run(GetStats& command);
+    Result<SetLimit::Reply> run(SetLimit& command);
+    Result<GetDigest::Reply> run(GetDigest& command);
+    void set_clock(TimeNs world_ns, TimeNs monotonic_ns);
     Result<void> load(world::SceneRef scene);
     WorldState world_state() const;
 
     ThreadCheck thread_;
     std::int64_t last_held_ = -1;  ///< HeldInstant::sequence
+    TimeNs clock_set_ns_ = 0;      ///< CLOCK_MONOTONIC time at which SetLimit::clock_ns came last
     RigState state_;
     WorldDesk world_;
     CameraDesk cameras_;

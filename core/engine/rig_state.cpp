@@ -17,12 +17,15 @@ constexpr TimeNs most_ahead_ns = 2 * idle_tick_ns;
 }  // namespace
 
 TimeNs RigState::world_now_ns(TimeNs monotonic_ns) const {
+    if (command_ns) return *command_ns;
     if (step_instant_ns) return *step_instant_ns;
     const TimeNs last_ns = world->last_step_ns();
     TimeNs now_ns = std::min(clock.world_at(monotonic_ns), last_ns + most_ahead_ns);
+    if (clock.running()) now_ns = std::min(now_ns, agenda.gate_ns());
     // A step that takes several turns has moved the world; the clock follows when it is done.
     if (last_ns - now_ns > scene->step_ns) now_ns = last_ns;
-    return std::min(now_ns, schedule.next_due_ns());
+    // An instant that is due and has not begun is still to come.
+    return std::min(now_ns, schedule.next_due_ns() - 1);
 }
 
 std::shared_ptr<const world::WorldPast> RigState::world_past(TimeNs now_ns) const {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "core/engine/agenda.h"
 #include "core/engine/camera_table.h"
 #include "core/engine/draw_desk.h"
 #include "core/engine/engine.h"
@@ -31,6 +32,13 @@ struct RigState {
     /// Lockstep: the instant drawn ahead while the previous one is delivered; the world has already advanced to it.
     std::optional<TimeNs> step_instant_ns;
     std::unique_ptr<DrawDesk> drawing;
+    Agenda agenda;
+    /// The time of the command that is being done, of one that says it.
+    std::optional<TimeNs> command_ns;
+    /// Frames due until then that were not begun were so because the world was held.
+    TimeNs held_until_ns = -1;
+    /// The latest time at which something was done that a command of an earlier time would have had to come before.
+    TimeNs done_ns = 0;
 
     /// World time now, but never past an instant that is still to begin, nor far from where the world's steps are:
     /// commands never wait for a world that has much to catch up.

@@ -75,10 +75,11 @@ enum class DropReason : std::uint8_t {
     request,   ///< pictures and truth on request took the time
     failure,   ///< it could not be drawn; the log says why
     fault,     ///< the camera fails so (fault.set)
+    held,      ///< the world was held at its limit then (world.limit)
 };
-inline constexpr int drop_reason_count = 5;
+inline constexpr int drop_reason_count = 6;
 inline constexpr std::array<std::string_view, drop_reason_count> drop_reason_names = {"overload", "own_cost", "request",
-                                                                                      "failure", "fault"};
+                                                                                      "failure", "fault", "held"};
 struct CameraReport {
     std::string name;
     /// Frames that fell due while somebody watched; due = rendered + dropped. Frames due with nobody watching are

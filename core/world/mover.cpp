@@ -118,4 +118,25 @@ std::optional<Body> Mover::body(TimeNs step_ns) const {
     return body;
 }
 
+namespace {
+
+void add_clip(Digest& digest, const ClipPlay& clip) {
+    digest.add(clip.animation, clip.duration_ns, clip.phase_ns, clip.weight);
+}
+
+}  // namespace
+
+void Mover::add_to(Digest& digest) const {
+    digest.add(id(), info->name, info->object_class, model, is_actor, scale, radius_m);
+    digest.add(now.position, now.orientation, before.position, before.orientation, now.clips.size());
+    for (const ClipPlay& clip : now.clips) add_clip(digest, clip);
+    digest.add(is_hidden, is_gone, was_arrived, behind_ns, held_at_ns, played.has_value(), held.has_value());
+    if (played) digest.add(played->animation, played->speed_ppm, played->began_ns, played->until_ns);
+    if (held) digest.add(held->carrier, held->node, held->position, held->orientation);
+    digest.add(has_clip_, fade_ns_, fading_.has_value());
+    add_clip(digest, main_);
+    if (fading_) add_clip(digest, *fading_);
+    behaviour->add_to(digest);
+}
+
 }  // namespace camrig::world

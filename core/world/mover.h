@@ -65,6 +65,8 @@ struct Mover {
     MoverRecord record(TimeNs step_ns) const;
     /// As it was at the step before.
     MoverRecord record_before() const;
+    /// Adds all that decides how it goes on.
+    void add_to(Digest& digest) const;
     /// What others see of it; nothing when it takes no room.
     std::optional<Body> body(TimeNs step_ns) const;
 

@@ -54,6 +54,7 @@ public:
             std::ranges::count_if(movers_, [](const auto& mover) { return mover->is_actor && !mover->is_gone; }));
     }
     StateHash state_hash() const override;
+    std::vector<NamedDigest> digests() const override;
 
 private:
     friend struct ActionRun;

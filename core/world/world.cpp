@@ -1,7 +1,6 @@
 #include "core/world/world.h"
 
 #include <algorithm>
-#include <bit>
 
 #include "core/world/behaviour/stand_behaviour.h"
 #include "core/world/scene_world.h"
@@ -13,29 +12,6 @@ namespace {
 double default_radius_m(const ActorSpec& spec) {
     return spec.object_class == "person" ? person_radius_m * spec.scale : 0.0;
 }
-
-/// FNV-1a, 64 bits, over the bits of numbers.
-class Fnv {
-public:
-    void add(std::uint64_t bits) {
-        for (int i = 0; i < 8; ++i) {
-            value_ ^= (bits >> (8 * i)) & 0xff;
-            value_ *= 0x100000001b3u;
-        }
-    }
-    void add(TimeNs ns) { add(static_cast<std::uint64_t>(ns)); }
-    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
-    void add(const glm::dvec3& v) {
-        for (int i = 0; i < 3; ++i) add(v[i]);
-    }
-    void add(const glm::dquat& q) {
-        for (const double part : {q.x, q.y, q.z, q.w}) add(part);
-    }
-    std::uint64_t value() const { return value_; }
-
-private:
-    std::uint64_t value_ = 0xcbf29ce484222325u;
-};
 
 }  // namespace
 
@@ -237,22 +213,50 @@ std::shared_ptr<const WorldPast> SceneWorld::past(TimeNs from_ns) const {
     return std::make_shared<const WorldPast>(history_.since(from_ns), present());
 }
 
+namespace {
+
+void add_instances(Digest& digest, const std::vector<Instance>& objects) {
+    digest.add(objects.size());
+    for (const Instance& one : objects)
+        digest.add(static_cast<std::uint32_t>(one.info->id), one.info->name, one.info->model_name, one.position,
+                   one.orientation, one.scale);
+}
+
+void add_statics(Digest& digest, const StaticSet& statics) {
+    add_instances(digest, statics.objects);
+    add_instances(digest, statics.hidden);
+    for (const Light& light : statics.lights)
+        digest.add(light.name, light.color, light.intensity, light.position, light.direction);
+    const Environment& around = statics.environment;
+    digest.add(around.background, around.ambient_sky, around.ambient_ground, around.exposure, around.glow);
+}
+
+}  // namespace
+
 StateHash SceneWorld::state_hash() const {
-    Fnv hash;
+    Digest digest;
+    digest.add(seed_, now_ns_, scene_->step_ns, std::uint64_t{last_id_}, record_count_, movers_.size());
+    for (const auto& mover : movers_) mover->add_to(digest);
+    add_statics(digest, *statics_);
+    events_.add_to(digest);
+    for (const Flicker& one : flickers_)
+        digest.add(one.light, one.intensity, one.period_ns, one.began_ns, one.until_ns, one.is_on);
+    return {now_ns_, digest.value()};
+}
+
+std::vector<NamedDigest> SceneWorld::digests() const {
+    std::vector<NamedDigest> all;
     for (const auto& mover : movers_) {
-        if (mover->is_gone) continue;
-        hash.add(std::uint64_t{mover->id()});
-        hash.add(std::uint64_t{mover->held ? mover->held->carrier : 0});
-        hash.add(mover->now.position);
-        hash.add(mover->now.orientation);
-        for (const ClipPlay& clip : mover->now.clips) {
-            hash.add(TimeNs{clip.animation});
-            hash.add(clip.phase_ns);
-            hash.add(clip.weight);
-        }
+        Digest one;
+        mover->add_to(one);
+        all.push_back({"actor " + mover->info->name, one.value()});
     }
-    for (const Light& light : statics_->lights) hash.add(double{light.intensity});
-    return {now_ns_, hash.value()};
+    Digest statics, events;
+    add_statics(statics, *statics_);
+    events_.add_to(events);
+    all.push_back({"objects and lights", statics.value()});
+    all.push_back({"events", events.value()});
+    return all;
 }
 
 Result<std::unique_ptr<World>> World::create(SceneRef scene, std::uint64_t seed) {

@@ -29,9 +29,16 @@ struct Departure {
     Instance instance;
 };
 
-/// A hash of actors and lights at the world's last step: equal states have equal hashes.
+/// A hash of all that decides the world's future, at its last step: where actors are, what their behaviours remember
+/// (random streams are counted, so the counts are them), events, objects, lights. Equal states have equal hashes.
 struct StateHash {
     TimeNs world_ns = 0;
+    std::uint64_t value = 0;
+};
+
+/// The hash of a part of something, to find what differs.
+struct NamedDigest {
+    std::string name;
     std::uint64_t value = 0;
 };
 
@@ -90,6 +97,8 @@ public:
     virtual std::size_t object_count() const = 0;
     virtual std::size_t actor_count() const = 0;
     virtual StateHash state_hash() const = 0;
+    /// Of each of its parts, at the last step.
+    virtual std::vector<NamedDigest> digests() const = 0;
 };
 
 }  // namespace camrig::world

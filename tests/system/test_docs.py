@@ -35,6 +35,7 @@ ELSEWHERE = {
     "docs/control-protocol.md": "messages and answers as they were, written by `camrig methods --write` and compared by CI",
     "docs/cpp-client.md": "test_cpp_client.py and test_install.py",
     "docs/farm-record.md": "folders of the reader; test_farm_record.py reads its plan and runs the same commands",
+    "docs/farm.md": "need the extra camrig[farm] and a NATS server; test_farm.py starts farms, test_command_log.py logs",
     "docs/faults.md": "test_faults.py and test_campaigns.py",
     "docs/install.md": "needs root; test_install.py installs, packs and verifies",
     "docs/mutations.md": "answers",

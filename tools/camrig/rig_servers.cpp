@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "core/base/tcp_listener.h"
+#include "tools/camrig/command_history.h"
 #include "tools/camrig/http_hooks.h"
 #include "tools/camrig/onvif_parts.h"
 #include "tools/camrig/version.h"
@@ -87,7 +88,9 @@ RigServers::RigServers(const ServeOptions& options, RigInputs& inputs, RunningRi
             .shutdown = [] { ::kill(::getpid(), SIGTERM); },  // StopSignal waits for it
             .token = inputs.access.secret,
             .how_to_command = inputs.access.how_to_command,
-            .scenes = inputs.scenes}) {
+            .scenes = inputs.scenes,
+            .identity = program_identity,
+            .keeps_text = options.is_held || !options.log.empty()}) {
     facts_.add("version", version);
     facts_.add("pid", ::getpid());
     facts_.add("renderer", rig.engine->renderer_description());

@@ -27,6 +27,8 @@ public:
     /// After an error some may be open.
     Result<void> open();
 
+    /// What they all ask; also before they are open.
+    control::RpcServer& rpc() { return rpc_; }
     /// What server.info tells.
     nlohmann::json facts() const { return facts_.get(); }
     /// What a person wants to know who has started the rig by hand, on stdout.

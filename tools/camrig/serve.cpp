@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "core/base/descriptors.h"
+#include "tools/camrig/command_history.h"
 #include "tools/camrig/rig_inputs.h"
 #include "tools/camrig/rig_servers.h"
 #include "tools/camrig/running_rig.h"
@@ -100,11 +101,16 @@ int run_serve(const ServeOptions& options) {
 
     auto inputs = read_inputs(options);
     if (!inputs) return fail(inputs.error());
+    auto history = CommandHistory::open(options);
+    if (!history) return fail(history.error());
+    ServeOptions of_rig = options;
+    history->prepare(options, of_rig.engine);
     // The scene is the engine's alone: another may take its place.
-    auto rig = RunningRig::start(options, std::move(inputs->scene));
+    auto rig = RunningRig::start(of_rig, std::move(inputs->scene));
     if (!rig) return fail(rig.error());
     RigServers servers(options, *inputs, **rig);
-    const auto opened = servers.open();
+    auto opened = history->begin(options, servers.rpc());
+    if (opened) opened = servers.open();
     if (opened) {
         servers.print_addresses();
         at_start.is_over();

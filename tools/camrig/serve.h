@@ -31,6 +31,8 @@ struct ServeOptions {
     std::filesystem::path rtsp_cert, rtsp_key;  ///< PEM; with a certificate RTSP is RTSPS
     std::string rtsp_encoder;                   ///< GStreamer's name of the H.264 encoder; empty: the first installed
     std::vector<std::string> embed_origins;     ///< of pages that may show pictures: "http://name:port"
+    bool is_held = false;                       ///< changes need a world time, and the world a limit
+    std::filesystem::path log, replay;          ///< of commands; empty: none
     engine::EngineOptions engine;
     int ready_fd = -1;
 };

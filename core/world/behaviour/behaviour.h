@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "core/base/digest.h"
 #include "core/base/time.h"
 #include "core/world/model.h"
 #include "core/world/walk/crowd.h"
@@ -88,6 +89,8 @@ public:
     virtual void step(const StepContext& context, ActorState& state) = 0;
     /// The same with all that it remembers, in a world whose factory is this.
     virtual std::unique_ptr<Behaviour> copy(BehaviourFactory& factory) const = 0;
+    /// Adds what it remembers from step to step, and what of its orders decides the next.
+    virtual void add_to(Digest& digest) const = 0;
     /// Has done what it was to do. What never ends never arrives.
     virtual bool arrived() const { return false; }
     /// Avoids others by itself, so that each of two does half of the avoiding (ORCA).

@@ -25,6 +25,10 @@ public:
     void start(const StepContext& context, ActorState& state) override;
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<RouteWalk>(*this); }
+    void add_to(Digest& digest) const override {
+        digest.add(static_cast<int>(options_.mode), length_nm_, speed_nm_s_, start_nm_, ground_nm_s_, origin_ns_,
+                   arrived_);
+    }
     bool arrived() const override { return arrived_; }
     /// Where it is at its start, and where it faces.
     RoutePath::Point begin() const { return at(start_nm_); }

@@ -23,6 +23,10 @@ public:
     std::unique_ptr<Behaviour> copy(BehaviourFactory& factory) const override {
         return std::make_unique<Sequence>(*this, factory);
     }
+    void add_to(Digest& digest) const override {
+        now_->add_to(digest);
+        digest.add(index_, began_ns_, began_firing_, done_);
+    }
     void start(const StepContext& context, ActorState& state) override { begin(context, state); }
     void step(const StepContext& context, ActorState& state) override;
     bool arrived() const override { return done_; }
@@ -50,6 +54,10 @@ public:
         : now_(std::move(approach)), walk_(std::move(walk)) {}
     std::unique_ptr<Behaviour> copy(BehaviourFactory& factory) const override {
         return std::make_unique<JoinRoute>(now_->copy(factory), walk_ ? walk_->copy(factory) : nullptr);
+    }
+    void add_to(Digest& digest) const override {
+        now_->add_to(digest);
+        digest.add(walk_ != nullptr);
     }
     void start(const StepContext& context, ActorState& state) override { now_->start(context, state); }
     void step(const StepContext& context, ActorState& state) override {

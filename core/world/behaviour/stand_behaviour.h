@@ -14,6 +14,7 @@ public:
             state.clips.push_back(clip_at(*model_, animation_, context.now_ns, context.now_ns - context.step_ns));
     }
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Standing>(*this); }
+    void add_to(Digest& digest) const override { digest.add(animation_); }
     bool arrived() const override { return true; }
 
 private:

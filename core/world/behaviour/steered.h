@@ -12,6 +12,10 @@ public:
     void start(const StepContext& context, ActorState& state) override { gait_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Steered>(*this); }
+    void add_to(Digest& digest) const override {
+        gait_.add_to(digest);
+        digest.add(velocity_, to_, to_ns_, yaw_rad_);
+    }
     bool arrived() const override { return !to_ && velocity_ == glm::dvec3(0.0); }
 
     /// From the state that the actor has now. The clip must be one of its model's.

@@ -28,6 +28,10 @@ public:
     void start(const StepContext& context, ActorState& state) override;
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Vehicle>(*this); }
+    void add_to(Digest& digest) const override {
+        digest.add(options_.spec.speed_m_s, options_.closed, at_m_, speed_m_s_, joining_m_, join_over_m_, off_route_,
+                   off_heading_rad_, clip_ns_, arrived_);
+    }
     bool arrived() const override { return arrived_; }
     std::optional<Footprint> footprint() const override {
         return Footprint{options_.spec.length_m, options_.spec.width_m};

@@ -17,6 +17,10 @@ public:
         walker_.step_to(context, goal_, yaw_rad_, state);
     }
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<GoTo>(*this); }
+    void add_to(Digest& digest) const override {
+        walker_.add_to(digest);
+        digest.add(goal_, yaw_rad_);
+    }
     bool arrived() const override { return walker_.arrived(); }
     bool gives_way() const override { return true; }
 
@@ -33,6 +37,10 @@ public:
     void start(const StepContext& context, ActorState& state) override { walker_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Wander>(*this); }
+    void add_to(Digest& digest) const override {
+        walker_.add_to(digest);
+        digest.add(pause_s_, goal_, has_goal_, pause_until_ns_, draws_);
+    }
     bool gives_way() const override { return true; }
 
 private:
@@ -54,6 +62,10 @@ public:
     void start(const StepContext& context, ActorState& state) override { walker_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Follow>(*this); }
+    void add_to(Digest& digest) const override {
+        walker_.add_to(digest);
+        digest.add(actor_, distance_m_, is_near_);
+    }
     bool gives_way() const override { return true; }
 
 private:
@@ -69,6 +81,10 @@ public:
     void start(const StepContext& context, ActorState& state) override { walker_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Grouped>(*this); }
+    void add_to(Digest& digest) const override {
+        walker_.add_to(digest);
+        digest.add(group_.group, group_.position, group_.radius_m);
+    }
     bool arrived() const override { return walker_.arrived(); }
     bool gives_way() const override { return true; }
     const std::string& group() const { return group_.group; }
@@ -86,6 +102,10 @@ public:
     void start(const StepContext& context, ActorState& state) override { gait_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<LookAt>(*this); }
+    void add_to(Digest& digest) const override {
+        gait_.add_to(digest);
+        digest.add(actor_, point_, faces_);
+    }
     bool arrived() const override { return faces_; }
 
 private:

@@ -25,6 +25,9 @@ public:
     /// Everybody idles with a phase of his own.
     void start(const StepContext& context, ActorState& state);
     void step(const StepContext& context, double moved_m, ActorState& state);
+    void add_to(Digest& digest) const {
+        digest.add(options_.clip, options_.idle_clip, options_.scale, walk_ns_, idle_ns_, walks_);
+    }
 
 private:
     void show(ActorState& state, TimeNs walked_ns, TimeNs idled_ns) const;
@@ -52,6 +55,12 @@ public:
     /// One step on the spot (and out of others' way).
     void step_still(const StepContext& context, std::optional<double> face_rad, ActorState& state);
 
+    void add_to(Digest& digest) const {
+        gait_.add_to(digest);
+        digest.add(options_.speed_m_s, velocity_, yaw_rad_, goal_, way_.size(), best_left_m_, best_at_ns_, arrived_,
+                   is_stuck_);
+        for (const glm::dvec2& corner : way_) digest.add(corner);
+    }
     /// At the goal of the last step_to, or as near as others let it.
     bool arrived() const { return arrived_; }
     /// Has not come nearer to its goal for a while.

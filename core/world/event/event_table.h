@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/digest.h"
 #include "core/world/event/event_spec.h"
 #include "core/world/scene.h"
 
@@ -35,6 +36,9 @@ public:
     /// Firings of all events are numbered from 1. 0: it has not fired.
     std::uint64_t last_firing(const std::string& name) const;
     std::uint64_t last_firing() const { return firings_; }
+
+    /// Adds all that decides which fire when.
+    void add_to(Digest& digest) const;
 
     struct Firing {
         std::string event;

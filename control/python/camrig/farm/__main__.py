@@ -9,12 +9,14 @@ from typing import Sequence
 
 from ..command_line import Parser, run
 
-#: The module of each command, whose main() takes the words behind its name, and what it does.
+#: The function of each command, which takes the words behind its name, and what it does.
 COMMANDS = {
-    "record": ("camrig.farm.batch.record", "draws a data set by a plan of shards, on this machine or by Ray"),
-    "plan": ("camrig.farm.batch.show_plan", "tells the shards of a plan, one a line, and draws nothing"),
-    "check": ("camrig.farm.batch.check", "reads a data set again and compares it with its manifest"),
-    "export": ("camrig.farm.batch.export", "makes COCO, MOTChallenge, KITTI, YOLO or Parquet of a data set"),
+    "up": ("camrig.farm.live.up:up", "runs one world on several nodes of this machine, with one control address"),
+    "node": ("camrig.farm.live.up:node", "is one node of such a world, on any machine"),
+    "record": ("camrig.farm.batch.record:main", "draws a data set by a plan of shards, on this machine or by Ray"),
+    "plan": ("camrig.farm.batch.show_plan:main", "tells the shards of a plan, one a line, and draws nothing"),
+    "check": ("camrig.farm.batch.check:main", "reads a data set again and compares it with its manifest"),
+    "export": ("camrig.farm.batch.export:main", "makes COCO, MOTChallenge, KITTI, YOLO or Parquet of a data set"),
 }
 
 
@@ -28,7 +30,8 @@ def main(arguments: Sequence[str]) -> int:
     at = next((number for number, word in enumerate(words) if not word.startswith("-")), len(words))
     options = parser.parse_args(words[: at + 1])
     rest = words[at + 1 :] + (["--json"] if options.json else [])
-    return importlib.import_module(COMMANDS[options.command][0]).main(rest)
+    module, _, function = COMMANDS[options.command][0].partition(":")
+    return getattr(importlib.import_module(module), function)(rest)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,182 @@
+"""One control address for a farm: speaks the whole control protocol on a Unix socket.
+
+What changes the world goes into the log, through the sequencer; what only looks goes to a node: about a camera, to the one that owns it.
+Owners follow from the names of camera and nodes alone (rendezvous hashing: Thaler, Ravishankar, "Using name-based mappings to increase hit
+rates", IEEE/ACM ToN 1998), so that every door says the same, and of a node that dies or comes only its own cameras move.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import hashlib
+import json
+import os
+import time
+import uuid
+from typing import Any
+
+import nats.errors
+
+from ...errors import CamrigError, error_of_reply
+from .log import LEASE_S, Subjects
+from .wire import Wire
+
+#: So long a command is tried again, when the sequencer has died; and a step, which waits for readers.
+COMMAND_TIMEOUT_S, STEP_TIMEOUT_S = 15.0, 120.0
+#: So long one try waits. The command has an id: however often it is sent, it comes once.
+_TRY_S = 2.0
+_MAX_LINE = 96 << 20
+_MAX_BATCH = 64
+
+
+def owner_of(camera: str, nodes: list[str]) -> str:
+    return max(nodes, key=lambda node: hashlib.sha256(f"{node}\0{camera}".encode()).digest())
+
+
+class Door:
+    def __init__(self, bus: Any, subjects: Subjects, path: str) -> None:
+        self._bus, self._subjects, self.path = bus, subjects, path
+        self._nodes: dict[str, dict[str, Any]] = {}
+        self._writes: set[str] = set()
+        self.ended = asyncio.Event()  # by server.shutdown
+
+    async def open(self) -> None:
+        """The socket is there afterwards, of mode 0600."""
+        await self._bus.subscribe(self._subjects.report, cb=self._on_report)
+        before = os.umask(0o177)
+        try:
+            self._server = await asyncio.start_unix_server(self._serve, self.path, limit=_MAX_LINE)
+        finally:
+            os.umask(before)
+
+    async def _on_report(self, message: Any) -> None:
+        report = json.loads(message.data)
+        self._nodes[report["node"]] = {**self._nodes.get(report["node"], {}), **{key: value for key, value in report.items() if key != "parts"}, "heard": time.monotonic()}
+
+    def live(self) -> list[str]:
+        return sorted(name for name, report in self._nodes.items() if time.monotonic() - report["heard"] < LEASE_S)
+
+    def nodes(self) -> dict[str, dict[str, Any]]:
+        return {name: self._nodes[name] for name in self.live()}
+
+    def forget(self, node: str) -> None:
+        """Known to be dead: its cameras move at once."""
+        self._nodes.pop(node, None)
+
+    async def call(self, method: str, **params: Any) -> Any:
+        reply = await self._answer({"method": method, "params": params}, {})
+        if "error" in reply:
+            raise error_of_reply(method, reply["error"])
+        return reply["result"]
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        wires: dict[str, tuple[asyncio.StreamReader, asyncio.StreamWriter]] = {}
+        try:
+            while line := await reader.readline():
+                if line.strip():
+                    writer.write(await self._line(line, wires))
+                    await writer.drain()
+        except (OSError, ValueError, asyncio.IncompleteReadError):
+            pass
+        finally:
+            writer.close()
+            for _, to_node in wires.values():
+                to_node.close()
+
+    async def _line(self, line: bytes, wires: dict) -> bytes:
+        try:
+            message = json.loads(line)
+        except ValueError as problem:
+            return self._text({"jsonrpc": "2.0", "id": None, "error": {"code": -32700, "message": f"not JSON: {problem}", "data": {"kind": "invalid_argument"}}})
+        requests = message if isinstance(message, list) else [message]
+        if not requests or len(requests) > _MAX_BATCH or not all(isinstance(each, dict) and isinstance(each.get("method"), str) for each in requests):
+            error = {"code": -32600, "message": f"a request has jsonrpc, id, method and params; a batch at most {_MAX_BATCH}", "data": {"kind": "invalid_argument"}}
+            return self._text({"jsonrpc": "2.0", "id": None, "error": error})
+        replies = []
+        for request in requests:
+            reply = await self._answer(request, wires)
+            if isinstance(reply, bytes):  # bytes behind a line: never in a batch
+                return reply
+            if "id" in request:
+                replies.append({"jsonrpc": "2.0", "id": request["id"], **reply})
+        return self._text(replies if isinstance(message, list) else replies[0]) if replies else b""
+
+    @staticmethod
+    def _text(value: Any) -> bytes:
+        return json.dumps(value, separators=(",", ":")).encode() + b"\n"
+
+    async def _answer(self, request: dict[str, Any], wires: dict) -> Any:
+        method, params = request["method"], request.get("params") or {}
+        try:
+            if method == "farm.status":
+                return {"result": await self._status()}
+            if method == "server.shutdown":
+                self.ended.set()
+                return {"result": {"stopping": True}}
+            if not self._writes:
+                await self._learn()
+            if method in self._writes:
+                return await self._command(method, params)
+            return await self._look(request, params, wires)
+        except CamrigError as problem:
+            return {"error": {"code": -32000, "message": problem.message, "data": {"kind": problem.kind}}}
+
+    async def _learn(self) -> None:
+        """What changes the world takes a time: so the rig's own description says."""
+        described = await self._once("server.describe")
+        self._writes = {each["name"] for each in described["methods"] if any(field["name"] == "at_ns" for field in each["params"])} - {"world.digest"} | {"world.step"}
+
+    async def _once(self, method: str) -> Any:
+        wire = await Wire.open(self._node_for({})["control"])
+        try:
+            return await wire.call(method)
+        finally:
+            wire.close()
+
+    async def _command(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
+        if "at_ns" in params:
+            raise CamrigError("invalid_argument", "at_ns: a farm says itself when a command is done")
+        asked = json.dumps({"id": uuid.uuid4().hex, "method": method, "params": params}).encode()
+        deadline = time.monotonic() + (STEP_TIMEOUT_S if method == "world.step" else COMMAND_TIMEOUT_S)
+        while time.monotonic() < deadline:
+            try:
+                message = await self._bus.request(self._subjects.command, asked, timeout=_TRY_S)
+                return json.loads(message.data)
+            except (nats.errors.Error, asyncio.TimeoutError):
+                await asyncio.sleep(0.1)
+        raise CamrigError("unavailable", f"{method}: the farm has no sequencer now; ask again")
+
+    def _node_for(self, params: dict[str, Any]) -> dict[str, Any]:
+        live = self.live()
+        if not live:
+            raise CamrigError("unavailable", "no node of this farm is there now")
+        camera = params.get("camera", params.get("name"))
+        return self._nodes[owner_of(camera, live) if isinstance(camera, str) else live[0]]
+
+    async def _look(self, request: dict[str, Any], params: dict[str, Any], wires: dict) -> Any:
+        path = self._node_for(params)["control"]
+        try:
+            if path not in wires:
+                wires[path] = await asyncio.open_unix_connection(path, limit=_MAX_LINE)
+            reader, writer = wires[path]
+            writer.write(self._text({"jsonrpc": "2.0", "id": 0, **request}))
+            line = await reader.readline()
+            reply = json.loads(line)
+            result = reply.get("result")
+            if isinstance(result, dict) and result.get("encoding") == "bytes":
+                return line + await reader.readexactly(int(result["bytes"]))
+        except (OSError, ValueError, asyncio.IncompleteReadError) as problem:
+            wires.pop(path, None)
+            raise CamrigError("unavailable", f"{request['method']}: the node has gone ({problem or 'closed'}); ask again") from None
+        return {key: reply[key] for key in ("result", "error") if key in reply}
+
+    async def _status(self) -> dict[str, Any]:
+        nodes = self.nodes()
+        listed = (await self._once("camera.list"))["cameras"] if nodes else []
+        cameras = []
+        for camera in listed:
+            owner = owner_of(camera["name"], list(nodes))
+            at = nodes[owner]
+            http, rtsp = f"http://{at['host']}:{at['http']}/cameras/{camera['name']}/stream.mjpg", f"rtsp://{at['host']}:{at['rtsp']}/{camera['name']}"
+            cameras.append({"camera": camera["name"], "node": owner, "http": http, "rtsp": rtsp})
+        return {"nodes": list(nodes.values()), "cameras": cameras}

@@ -1,0 +1,143 @@
+"""The ordered log of commands, in a stream of NATS JetStream, and the lease of who may write it.
+
+An entry is one JSON object: ``{"kind": "begin" | "command" | "step", "at_ns", "term", "id", "method", "params"}``. Its number in the stream
+is its place in the order. Only who holds the lease writes, and only behind the entry that he knows as the last (Nats-Expected-Last-Sequence):
+whoever was overtaken is refused by the stream itself.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import nats
+import nats.errors
+import nats.js.errors
+from nats.aio.client import Client as Bus
+from nats.js.api import StorageType, StreamConfig
+
+#: How long a lease is valid that is not renewed, and how often it is.
+LEASE_S, RENEW_S = 2.0, 0.5
+#: NATS takes no longer messages by itself.
+MAX_ENTRY_BYTES = 1_000_000
+
+
+class Overtaken(Exception):
+    """Somebody else has written behind the entry that was known as the last."""
+
+
+@dataclass(frozen=True)
+class Subjects:
+    """The names of a farm on the bus."""
+
+    farm: str
+
+    @property
+    def stream(self) -> str:
+        return f"camrig_{self.farm}"
+
+    def __getattr__(self, name: str) -> str:
+        if name in ("log", "mark", "report", "command", "stop"):
+            return f"camrig.{self.farm}.{name}"
+        raise AttributeError(name)
+
+
+async def connect(url: str) -> Bus:
+    async def quiet(_: Exception) -> None: ...
+
+    return await nats.connect(url, max_reconnect_attempts=-1, reconnect_time_wait=0.2, error_cb=quiet, allow_reconnect=True)
+
+
+class CommandLog:
+    """Reads by number, writes behind the last."""
+
+    def __init__(self, bus: Bus, subjects: Subjects, replicas: int = 1) -> None:
+        self._bus, self._subjects, self._replicas = bus, subjects, replicas
+        self._stream = bus.jetstream(timeout=2.0)
+
+    async def open(self) -> None:
+        config = StreamConfig(
+            name=self._subjects.stream, subjects=[self._subjects.log], storage=StorageType.FILE, num_replicas=self._replicas, duplicate_window=120.0, deny_delete=True
+        )
+        with contextlib.suppress(nats.js.errors.BadRequestError):
+            await self._stream.add_stream(config)
+
+    async def last(self) -> int:
+        return (await self._stream.stream_info(self._subjects.stream)).state.last_seq
+
+    async def read(self, number: int) -> dict[str, Any]:
+        """By its number: an ordered consumer stands still for 20 s when the stream's leader dies."""
+        message = await self._stream.get_msg(self._subjects.stream, number)
+        return json.loads(message.data)
+
+    async def append(self, entry: dict[str, Any], behind: int) -> int:
+        """Its number. Overtaken, or what nats raises: then nobody knows whether it is there; the same call again makes it sure."""
+        text = json.dumps(entry, separators=(",", ":"), sort_keys=True, allow_nan=False).encode()
+        headers = {"Nats-Msg-Id": entry["id"], "Nats-Expected-Last-Sequence": str(behind)}
+        try:
+            return (await self._stream.publish(self._subjects.log, text, headers=headers)).seq
+        except nats.js.errors.APIError as problem:
+            if "wrong last sequence" in str(problem.description):
+                raise Overtaken from problem
+            raise
+
+
+class Lease:
+    """Who may write, for a term. Time is counted on each machine alone: a lease that was not renewed for LEASE_S may be taken."""
+
+    def __init__(self, bus: Bus, subjects: Subjects, owner: str) -> None:
+        self._bus, self._bucket, self.owner = bus, f"{subjects.stream}_lease", owner
+        self.term = 0
+        self._revision = 0
+        self._renewed = -1e9
+        self._seen: tuple[int, float] = (0, time.monotonic())
+
+    async def open(self) -> None:
+        stream = self._bus.jetstream(timeout=1.0)
+        try:
+            self._store = await stream.create_key_value(bucket=self._bucket, history=1)
+        except nats.js.errors.BadRequestError:
+            self._store = await stream.key_value(self._bucket)
+
+    def is_held(self) -> bool:
+        """With a margin: who was stopped in between must not think so."""
+        return self.term > 0 and time.monotonic() - self._renewed < LEASE_S * 0.75
+
+    async def keep(self) -> bool:
+        """Renews it, or takes one that is over. To be called every RENEW_S."""
+        now = time.monotonic()
+        try:
+            if self.is_held():
+                self._revision = await self._store.update("sequencer", self._text(self.term), last=self._revision)
+            else:
+                self.term = 0
+                if not await self._take(now):
+                    return False
+            self._renewed = now
+        except (nats.errors.Error, nats.js.errors.APIError, asyncio.TimeoutError):
+            pass  # told by is_held()
+        return self.is_held()
+
+    async def _take(self, now: float) -> bool:
+        try:
+            entry = await self._store.get("sequencer")
+        except nats.js.errors.KeyNotFoundError:
+            self._revision = await self._store.create("sequencer", self._text(1))
+            self.term = 1
+            return True
+        if entry.revision != self._seen[0]:
+            self._seen = (entry.revision, now)
+            return False
+        if now - self._seen[1] < LEASE_S:
+            return False
+        term = json.loads(entry.value)["term"] + 1
+        self._revision = await self._store.update("sequencer", self._text(term), last=entry.revision)
+        self.term = term
+        return True
+
+    def _text(self, term: int) -> bytes:
+        return json.dumps({"owner": self.owner, "term": term, "at": time.time()}).encode()

@@ -1,0 +1,188 @@
+"""Puts the commands of all clients into one order and says from when they hold, while it has the lease.
+
+A command is applied at ``now + lead``, so that it is everywhere in time. A mark every 20 ms says up to which world time no more commands
+will come; nodes run so far and no further. Lost marks, slow nodes and a dead sequencer can only hold a world, never fork it.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import collections
+import json
+import sys
+import time
+import uuid
+from typing import Any
+
+import nats.errors
+import nats.js.errors
+
+from ...errors import CamrigError
+from .feed import Feed
+from .log import LEASE_S, MAX_ENTRY_BYTES, CommandLog, Lease, Overtaken, Subjects
+
+MARK_S = 0.02
+#: Steps wait so long for all nodes.
+STEP_TIMEOUT_S = 60.0
+
+
+class Sequencer:
+    def __init__(self, bus: Any, subjects: Subjects, log: CommandLog, lease: Lease, feed: Feed, identity: dict[str, Any], lead_ms: float) -> None:
+        self._bus, self._subjects, self._log, self._lease, self._feed = bus, subjects, log, lease, feed
+        self._identity, self._lead_ns = identity, int(lead_ms * 1e6)
+        self._is_lockstep = identity["mode"] == "lockstep"
+        self._order = asyncio.Lock()
+        self._last = 0  # entry
+        self._last_at_ns = 0
+        self._closed_ns = -1
+        self._epoch_utc_ns = 0
+        self._nodes: dict[str, dict[str, Any]] = {}
+        self._digests: dict[int, dict[str, tuple[str, dict[str, str]]]] = collections.OrderedDict()
+        self._different: set[str] = set()
+        self.is_active = False
+        self._tasks = [asyncio.create_task(self._run())]
+
+    async def _run(self) -> None:
+        await self._bus.subscribe(self._subjects.report, cb=self._on_report)
+        await self._bus.subscribe(self._subjects.command, cb=self._spawn)
+        while True:
+            now_ns = time.time_ns() - self._epoch_utc_ns  # before the lease is looked at: who was stopped in between marks what is past
+            if not self._lease.is_held():
+                self.is_active = False
+            elif not self.is_active:
+                try:
+                    await self._take_over()
+                except (nats.errors.Error, nats.js.errors.Error, asyncio.TimeoutError, Overtaken):
+                    pass  # tried again while the lease is held
+            else:
+                await self._mark(now_ns)
+            await asyncio.sleep(MARK_S)
+
+    async def _spawn(self, message: Any) -> None:
+        task = asyncio.create_task(self._on_command(message))
+        self._tasks.append(task)
+        task.add_done_callback(self._tasks.remove)
+
+    async def _take_over(self) -> None:
+        """Reads the log to its end: what comes now comes behind it, and after every time that the one before can have closed."""
+        self._last = await self._log.last()
+        if self._last == 0:
+            entry = {"kind": "begin", "id": uuid.uuid4().hex, "term": self._lease.term, "at_ns": 0, "epoch_utc_ns": time.time_ns() + 200_000_000,
+                     "identity": {key: self._identity[key] for key in ("build", "mathematics", "scene_hash", "seed", "step_ns", "mode", "quality")}}
+            self._last = await self._log.append(entry, 0)
+        self._epoch_utc_ns = (await self._log.read(1))["epoch_utc_ns"]
+        newest = await self._log.read(self._last)
+        self._last_at_ns = newest.get("to_ns", newest["at_ns"])
+        self._closed_ns = self._last_at_ns - 1
+        self.is_active = True
+
+    def _time_for_command(self) -> int:
+        if self._is_lockstep:
+            return self._last_at_ns
+        return max(self._last_at_ns, self._closed_ns + 1, time.time_ns() - self._epoch_utc_ns + self._lead_ns)
+
+    async def _mark(self, now_ns: int) -> None:
+        # What is on its way into the log may have the time that is closed next.
+        if not self._order.locked():
+            self._closed_ns = max(self._closed_ns, now_ns + self._lead_ns - 1)
+        mark = {"term": self._lease.term, "last": self._last, "closed_ns": self._closed_ns}
+        if self._lease.is_held():
+            await self._bus.publish(self._subjects.mark, json.dumps(mark).encode())
+
+    async def _on_command(self, message: Any) -> None:
+        if not self.is_active or not self._lease.is_held():
+            return  # somebody else answers, or nobody
+        asked = json.loads(message.data)
+        try:
+            reply = await self._do(asked)
+        except CamrigError as problem:
+            reply = {"error": {"code": -32000, "message": problem.message, "data": {"kind": problem.kind}}}
+        await message.respond(json.dumps(reply).encode())
+
+    async def _do(self, asked: dict[str, Any]) -> dict[str, Any]:
+        async with self._order:
+            entry = {"kind": "command", "id": asked["id"], "term": self._lease.term, "at_ns": self._time_for_command(), "method": asked["method"],
+                     "params": asked["params"]}
+            if asked["method"] == "world.step":
+                entry = self._step(entry)
+            if len(json.dumps(entry)) > MAX_ENTRY_BYTES:
+                raise CamrigError("invalid_argument", f"{asked['method']}: a command of a farm has at most {MAX_ENTRY_BYTES} bytes")
+            number = await self._append(entry)
+            if number > self._last:  # else it was asked again, and is there already
+                self._last = number
+                self._last_at_ns = entry.get("to_ns", entry["at_ns"])
+            await self._mark(time.time_ns() - self._epoch_utc_ns)
+            if entry["kind"] == "step":
+                await self._wait_for_nodes(number)
+        try:
+            reply = await asyncio.wait_for(asyncio.shield(self._feed.result(number)), STEP_TIMEOUT_S)
+        except asyncio.TimeoutError:
+            raise CamrigError("unavailable", f"{asked['method']}: is number {number} of the log, and the world has not come to it") from None
+        return {key: reply[key] for key in ("result", "error") if key in reply}
+
+    def _step(self, entry: dict[str, Any]) -> dict[str, Any]:
+        if not self._is_lockstep:
+            raise CamrigError("unavailable", "the world runs in real time; start the farm with --mode lockstep")
+        params = entry.pop("params")
+        if ("seconds" in params) == ("nanoseconds" in params):
+            raise CamrigError("invalid_argument", "world.step: give either seconds or nanoseconds")
+        length_ns = params["nanoseconds"] if "nanoseconds" in params else round(params["seconds"] * 1e9)
+        if not isinstance(length_ns, int) or not 0 <= length_ns <= 24 * 3600 * 10**9:
+            raise CamrigError("invalid_argument", "world.step: from 0 s to a day")
+        return {**entry, "kind": "step", "to_ns": entry["at_ns"] + length_ns, "timeout_s": params.get("timeout_s", 10)}
+
+    async def _append(self, entry: dict[str, Any]) -> int:
+        """Until it is known whether it is there: the worlds wait so long, for they must not run past its time."""
+        while self._lease.is_held():
+            try:
+                return await self._log.append(entry, self._last)
+            except Overtaken:
+                self.is_active = False  # read the log again
+                raise CamrigError("unavailable", "the farm has another sequencer now; send it again") from None
+            except (nats.errors.Error, nats.js.errors.Error, asyncio.TimeoutError):
+                await asyncio.sleep(0.1)
+        self.is_active = False
+        raise CamrigError("unavailable", "the farm's log cannot be written now; it is not known whether this command comes")
+
+    def _live(self) -> list[str]:
+        return [name for name, report in self._nodes.items() if time.monotonic() - report["heard"] < LEASE_S and name not in self._different]
+
+    async def _wait_for_nodes(self, number: int) -> None:
+        """A step is done when it is done on every node that lives."""
+        deadline = time.monotonic() + STEP_TIMEOUT_S
+        while late := [name for name in self._live() if self._nodes[name]["applied"] < number]:
+            if time.monotonic() > deadline:
+                raise CamrigError("unavailable", f"the step waits for node {', '.join(late)}")
+            await asyncio.sleep(0.002)
+
+    async def _on_report(self, message: Any) -> None:
+        report = json.loads(message.data)
+        self._nodes[report["node"]] = {**report, "heard": time.monotonic()}
+        if digest := report.get("digest"):
+            at_ns = digest["world_ns"]
+            of_time = self._digests.setdefault(at_ns, {})
+            of_time[report["node"]] = (digest["hash"], report["parts"])
+            while len(self._digests) > 30:
+                self._digests.pop(next(iter(self._digests)))
+            if self.is_active:
+                await self._compare(at_ns, of_time)
+
+    async def _compare(self, at_ns: int, of_time: dict[str, tuple[str, dict[str, str]]]) -> None:
+        """Who is not as most are is stopped; of two that are unlike, both are named, and the one that is not the sequencer's goes."""
+        votes = collections.Counter(value for value, _ in of_time.values())
+        if len(votes) < 2:
+            return
+        most = votes.most_common()
+        good = most[0][0]
+        if most[0][1] == most[1][1]:
+            if self._lease.owner not in of_time:
+                return
+            good = of_time[self._lease.owner][0]
+        parts = next(parts for value, parts in of_time.values() if value == good)
+        for name, (value, _) in of_time.items():
+            if value == good or name in self._different:
+                continue
+            self._different.add(name)
+            why = f"at world time {at_ns} ns its state has hash {value}, that of the others is {good}"
+            print(f"camrig farm: node {name} is stopped: {why}", file=sys.stderr, flush=True)
+            await self._bus.publish(self._subjects.stop, json.dumps({"node": name, "at_ns": at_ns, "why": why, "parts": parts}).encode())

@@ -1,0 +1,69 @@
+"""The control protocol by asyncio: one connection to a rig, on which many requests may be under way."""
+
+from __future__ import annotations
+
+import asyncio
+import collections
+import itertools
+import json
+from typing import Any
+
+from ...errors import CamrigError, error_of_reply
+
+_MAX_LINE = 96 << 20
+
+
+class Wire:
+    """Requests go out at once, in this order; answers come in the same. The rig takes up to 64 lines unanswered."""
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._reader, self._writer = reader, writer
+        self._ids = itertools.count(1)
+        self._waiting: collections.deque[asyncio.Future[Any]] = collections.deque()
+        self._task = asyncio.create_task(self._read())
+
+    @classmethod
+    async def open(cls, path: str) -> Wire:
+        try:
+            return cls(*await asyncio.open_unix_connection(path, limit=_MAX_LINE))
+        except OSError as problem:
+            raise CamrigError("unavailable", f"no rig at {path} ({problem.strerror or problem})") from problem
+
+    def send(self, message: Any) -> asyncio.Future[Any]:
+        """The answer, as parsed JSON, of a request or a batch."""
+        answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+        if self._task.done():
+            answer.set_exception(CamrigError("unavailable", "the rig closed the connection"))
+            return answer
+        self._waiting.append(answer)
+        self._writer.write(json.dumps(message, separators=(",", ":")).encode() + b"\n")
+        return answer
+
+    @property
+    def unanswered(self) -> int:
+        return len(self._waiting)
+
+    def request(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
+        return {"jsonrpc": "2.0", "id": next(self._ids), "method": method, "params": params}
+
+    async def call(self, method: str, **params: Any) -> Any:
+        reply = await self.send(self.request(method, params))
+        if "error" in reply:
+            raise error_of_reply(method, reply["error"])
+        return reply["result"]
+
+    async def _read(self) -> None:
+        try:
+            while line := await self._reader.readline():
+                answer = self._waiting.popleft()
+                if not answer.done():
+                    answer.set_result(json.loads(line))
+        except (OSError, ValueError):
+            pass
+        for answer in self._waiting:
+            if not answer.done():
+                answer.set_exception(CamrigError("unavailable", "the rig closed the connection"))
+
+    def close(self) -> None:
+        self._writer.close()
+        self._task.cancel()

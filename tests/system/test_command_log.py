@@ -1,0 +1,224 @@
+"""Commands at a world time, worlds that are held, and the log that makes a world again."""
+
+import itertools
+import json
+import os
+import random
+import shutil
+import signal
+import threading
+import time
+
+import pytest
+from conftest import wait_until
+
+import camrig
+
+SMALL = {"size": [160, 120], "vfov_deg": 60, "code_strip": True}
+
+
+def start(scene="hall", **options):
+    return camrig.start(scene, device="cpu", **options)
+
+
+def commands(seed, people=("anna", "ben", "karl"), cameras=4):
+    """Random commands that all succeed, in the order in which they are to be sent."""
+    chance = random.Random(seed)
+    for number in range(cameras):
+        pose = {"position": [chance.uniform(2, 20), chance.uniform(2, 12), 2.8], "look_at": [12, 8, 1]}
+        yield "camera.create", {"name": f"cam{number}", "fps": chance.choice([5, 10, "30000/1001"]), "pose": pose, **SMALL, "ptz": {"preset": "dome"}}
+    for number in itertools.count():
+        camera = f"cam{chance.randrange(cameras)}"
+        what = chance.randrange(6)
+        if what == 0:
+            yield "camera.set", {"name": camera, "vfov_deg": chance.uniform(30, 90), "seconds": chance.choice([0, 0.3])}
+        elif what == 1:
+            yield "ptz.move", {"camera": camera, "mode": "absolute", "pan_deg": chance.uniform(-60, 60), "tilt_deg": chance.uniform(-30, 0)}
+        elif what == 2:
+            yield "fault.set", {"camera": camera, "kind": "noise", "severity": chance.random()}
+        elif what == 3:
+            name = f"guest{number}"
+            yield "actor.spawn", {"name": name, "model": "person_1", "class": "person", "position": [chance.uniform(10, 14), chance.uniform(6, 9), 0],
+                                  "behaviour": {"type": "go_to", "position": [22, 7.2, 0], "clip": "walk"}}
+        elif what == 4:
+            yield "actor.steer", {"actors": [{"name": chance.choice(people), "velocity": [chance.uniform(-1, 1), chance.uniform(-1, 1), 0]}]}
+        else:
+            yield "camera.set", {"name": camera, "fps": chance.choice([5, 8, 10])}
+
+
+def people_of(rig):
+    return [actor["name"] for actor in rig.call("actor.list")["actors"][:3]]
+
+
+def pictures(rig):
+    """The bytes of every camera's newest picture, by its time and number."""
+    return {camera.name: (frame.time_ns, frame.sequence, frame.image.tobytes()) for camera in rig.cameras() for frame in [camera.frame()]}
+
+
+def digest(rig, **params):
+    return rig.call("world.digest", **params)
+
+
+def test_a_command_is_done_at_its_world_time():
+    with start(mode="lockstep") as rig:
+        rig.call("camera.create", name="cam", fps=10, **SMALL)
+        later = rig.client
+        answers = {}
+
+        def send(name, **params):
+            answers[name] = later.call(name, params)
+
+        waiting = threading.Thread(target=send, args=("camera.set",), kwargs={"name": "cam", "vfov_deg": 40, "at_ns": 250_000_000})
+        waiting.start()
+        wait_until(lambda: digest(rig)["world_ns"] == 0 and rig.call("server.info")["calls"]["camera.set"] == 1)
+        rig.step(seconds=0.2)
+        assert rig.call("camera.get", name="cam")["vfov_deg"] == pytest.approx(60)
+        assert waiting.is_alive()
+        rig.step(seconds=0.2)
+        waiting.join(5)
+        assert not waiting.is_alive() and rig.call("camera.get", name="cam")["vfov_deg"] == pytest.approx(40)
+        assert answers["camera.set"]["applied_ns"] <= 250_000_000
+        with pytest.raises(camrig.CamrigError, match="at_ns: 100000000 is past; world time is 400000000 ns"):
+            rig.call("camera.set", name="cam", vfov_deg=50, at_ns=100_000_000)
+        with pytest.raises(camrig.CamrigError, match="more than an hour ahead"):
+            rig.call("camera.set", name="cam", vfov_deg=50, at_ns=2 * 3600 * 10**9)
+        with pytest.raises(camrig.CamrigError, match="at_ns: must be a world time"):
+            rig.call("camera.set", name="cam", vfov_deg=50, at_ns=-1)
+
+
+def test_steps_of_any_length_and_commands_in_between_give_one_world():
+    """Commands at given times, in one long step or in many short ones: the same hash, the same pictures."""
+
+    def run(steps):
+        with start(mode="lockstep") as rig:
+            people = people_of(rig)
+            line = list(itertools.islice(commands(3, people), 16))
+                senders = []
+            for number, (method, params) in enumerate(line):
+                at_ns = 0 if number < 4 else 20_000_000 * (number - 3) + 7
+                senders.append(threading.Thread(target=rig.client.call, args=(method, {**params, "at_ns": at_ns})))
+                senders[-1].start()
+                # One after the other: those of one time are done in the order in which they come.
+                wait_until(lambda: sum(rig.call("server.info")["calls"][name] for name in {each for each, _ in line}) == number + 1)
+            for nanoseconds in steps:
+                rig.step(nanoseconds=nanoseconds)
+            for sender in senders:
+                sender.join(5)
+            return digest(rig)["hash"], pictures(rig)
+
+    one, many = run([600_000_000]), run([50_000_000] * 12)
+    assert one == many
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "realtime"])
+def test_a_log_makes_the_same_world_again(tmp_path, mode):
+    log = tmp_path / "commands.log"
+    with start(mode=mode, args=["--log", str(log)]) as rig:
+        for method, params in itertools.islice(commands(5, people_of(rig)), 24):
+            rig.call(method, **params)
+            rig.step(seconds=0.05) if mode == "lockstep" else time.sleep(0.02)
+        if mode == "lockstep":
+            before = digest(rig), pictures(rig)
+        else:
+            world_ns = rig.status()["world_ns"]
+            before = digest(rig, at_ns=world_ns + 2_000_000_000), None
+    lines = log.read_text().splitlines()
+    assert json.loads(lines[0])["camrig_log"] == 1 and len(lines) > 24
+    with start(mode=mode, args=["--replay", str(log)]) as rig:
+        if mode == "lockstep":
+            after = digest(rig), pictures(rig)
+        else:
+            after = digest(rig, at_ns=before[0]["world_ns"]), None
+    # The log's own text is not kept in a rig without a log.
+    for told in (before[0], after[0]):
+        for key in ("commands", "command_count", "hash"):
+            told.pop(key)
+    assert after == before
+
+
+def test_after_kill_9_the_log_goes_on_where_it_ended(tmp_path):
+    log = tmp_path / "commands.log"
+    rig = start(mode="lockstep", args=["--log", str(log)])
+    line = commands(6, people_of(rig))
+    try:
+        for method, params in itertools.islice(line, 12):
+            rig.call(method, **params)
+            rig.step(seconds=0.05)
+        before, seen = digest(rig), pictures(rig)
+        os.kill(rig.call("server.info")["pid"], signal.SIGKILL)
+    finally:
+        with pytest.raises(camrig.CamrigError):
+            rig.close()
+    with log.open("ab") as file:
+        file.write(b'{"at_ns":600000000,"method":"camera.set","par')  # cut off
+    with start(mode="lockstep", args=["--log", str(log), "--replay", str(log)]) as rig:
+        assert digest(rig) == before and pictures(rig) == seen
+        rig.call("camera.set", name="cam0", vfov_deg=33)
+        rig.step(seconds=0.1)
+        before = digest(rig)
+    with start(mode="lockstep", args=["--replay", str(log), "--log", str(tmp_path / "copy.log")]) as rig:
+        assert digest(rig) == before
+    assert (tmp_path / "copy.log").read_bytes() == log.read_bytes()
+
+
+def test_a_log_of_another_world_is_refused(tmp_path):
+    log = tmp_path / "commands.log"
+    with start("minimal", mode="lockstep", args=["--log", str(log)]):
+        pass
+    with pytest.raises(camrig.CamrigError, match="is of another world: scene_hash"):
+        start("clock", mode="lockstep", args=["--replay", str(log)])
+    with pytest.raises(camrig.CamrigError, match="is of another world: seed was 1, is 7"):
+        start("minimal", mode="lockstep", seed=7, args=["--replay", str(log)])
+    with pytest.raises(camrig.CamrigError, match="there is something in it"):
+        start("minimal", mode="lockstep", args=["--log", str(log)])
+    log.write_text(log.read_text() + "nonsense\n")
+    with pytest.raises(camrig.CamrigError, match="line 2"):
+        start("minimal", mode="lockstep", args=["--replay", str(log)])
+
+
+def test_a_held_world_stands_at_its_limit_and_catches_up():
+    with start(args=["--held"]) as rig:
+        with pytest.raises(camrig.CamrigError, match="this world is held"):
+            rig.call("camera.create", name="cam", fps=20, **SMALL)
+        rig.call("camera.create", name="cam", fps=20, at_ns=0, **SMALL)
+        rig.call("world.limit", until_ns=300_000_000)
+        wait_until(lambda: rig.status()["world_ns"] == 300_000_000)
+        time.sleep(0.2)
+        assert rig.status()["world_ns"] == 300_000_000
+        assert rig.camera("cam").frame().time_ns == 300_000_000
+        answer = rig.call("world.limit", until_ns=10**15)
+        assert answer["limit_ns"] == 10**15
+        wait_until(lambda: rig.status()["world_ns"] > 1_000_000_000)
+        # It is at its clock again, not behind it by the time it was held.
+        first, began = rig.status()["world_ns"], time.monotonic()
+        time.sleep(0.3)
+        assert abs((rig.status()["world_ns"] - first) * 1e-9 - (time.monotonic() - began)) < 0.1
+
+
+def test_what_differs_is_named():
+    with start("crowd", mode="lockstep", seed=1) as one, start("crowd", mode="lockstep", seed=2) as two, start("crowd", mode="lockstep", seed=1) as three:
+        for rig in (one, two, three):
+            rig.call("camera.create", name="cam", fps=10, **SMALL)
+            rig.step(seconds=1)
+        a, b, c = (digest(rig, parts=True) for rig in (one, two, three))
+        assert a == c and a["hash"] != b["hash"] and a["cameras"] == b["cameras"]
+        assert any(name.startswith("actor ") and a["parts"][name] != b["parts"][name] for name in a["parts"])
+        # A number that is still to come decides too: the frame of one camera is another one.
+        three.call("camera.set", name="cam", fps=20)
+        changed = digest(three, parts=True)
+        assert changed["world"] == a["world"] and [name for name in a["parts"] if a["parts"][name] != changed["parts"][name]] == ["camera cam"]
+
+
+def test_identity_is_of_every_file(tmp_path, scenes):
+    shutil.copytree(scenes / "clock", tmp_path / "clock")
+    shutil.copy(scenes / "clock.json", tmp_path)
+    with start("clock") as rig:
+        shipped = rig.call("rig.identity")
+    with start(tmp_path / "clock.json") as rig:
+        copied = rig.call("rig.identity")
+    assert shipped == copied and shipped["scene_files"] > 1
+    model = next((tmp_path / "clock").glob("*.glb"))
+    model.write_bytes(model.read_bytes() + b"\0")
+    with start(tmp_path / "clock.json") as rig:
+        changed = rig.call("rig.identity")
+    assert {key for key in changed if changed[key] != copied[key]} == {"scene_hash"}
