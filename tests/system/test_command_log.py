@@ -93,7 +93,7 @@ def test_steps_of_any_length_and_commands_in_between_give_one_world():
         with start(mode="lockstep") as rig:
             people = people_of(rig)
             line = list(itertools.islice(commands(3, people), 16))
-                senders = []
+            senders = []
             for number, (method, params) in enumerate(line):
                 at_ns = 0 if number < 4 else 20_000_000 * (number - 3) + 7
                 senders.append(threading.Thread(target=rig.client.call, args=(method, {**params, "at_ns": at_ns})))
