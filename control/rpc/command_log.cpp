@@ -5,10 +5,9 @@
 #include <fstream>
 
 #include <fcntl.h>
+#include <spdlog/spdlog.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <spdlog/spdlog.h>
 
 #include "control/rpc/json_rpc.h"
 #include "core/base/json_reader.h"
@@ -79,7 +78,7 @@ std::string difference_of(const json& recorded, const json& own) {
 
 Result<std::shared_ptr<CommandLogWriter>> CommandLogWriter::create(const std::filesystem::path& file) {
     UniqueFd made(::open(file.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
-    struct stat state {};
+    struct stat state{};
     if (!made || ::fstat(made.get(), &state) != 0)
         return error(ErrorKind::unavailable, file.string() + ": cannot be written: " + std::strerror(errno));
     if (state.st_size > 0)

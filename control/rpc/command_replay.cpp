@@ -15,7 +15,8 @@ constexpr std::size_t max_batch_of_replay = 1000;
 
 class Replay {
 public:
-    Replay(RpcServer& rpc, bool stands, TimeNs end_ns) : rpc_(rpc), is_lockstep_(stands), stands_(stands), end_ns_(end_ns) {}
+    Replay(RpcServer& rpc, bool stands, TimeNs end_ns)
+        : rpc_(rpc), is_lockstep_(stands), stands_(stands), end_ns_(end_ns) {}
 
     Result<void> run(const LoggedCommand& command) {
         if (command.method == "world.step") {

@@ -52,7 +52,7 @@ public:
 
     /// What was asked beside what the method reads itself (Method::takes_time).
     struct Asked {
-        std::optional<std::int64_t> at_ns = {};       ///< world time at which it is done
+        std::optional<std::int64_t> at_ns = {};        ///< world time at which it is done
         std::shared_ptr<const std::string> text = {};  ///< for the command log; null: nobody keeps one
     };
     const Asked& asked() const { return asked_; }

@@ -35,16 +35,16 @@ std::string hex_text(std::uint64_t bits);
 template <typename C, typename ToJson>
 void post(RpcContext& context, C command, RpcReply done, ToJson to_json_of_reply) {
     const RpcReply::Asked asked = done.asked();
-    context.commands.post(engine::Request<C>{
-        std::move(command),
-        [replies = context.replies, done = std::move(done), to_json_of_reply](auto reply) {
-            if (!reply) return done(std::unexpected(reply.error()));
-            std::function<void()> job = [done, to_json_of_reply, value = std::move(*reply)] {
-                done(unless_out_of_memory([&] { return RpcResult(to_json_of_reply(value)); }));
-            };
-            if (!replies->post(std::move(job))) job();
-        },
-        asked.at_ns, asked.text});
+    context.commands.post(
+        engine::Request<C>{std::move(command),
+                           [replies = context.replies, done = std::move(done), to_json_of_reply](auto reply) {
+                               if (!reply) return done(std::unexpected(reply.error()));
+                               std::function<void()> job = [done, to_json_of_reply, value = std::move(*reply)] {
+                                   done(unless_out_of_memory([&] { return RpcResult(to_json_of_reply(value)); }));
+                               };
+                               if (!replies->post(std::move(job))) job();
+                           },
+                           asked.at_ns, asked.text});
 }
 
 /// The handler of a method that is one command: `read` makes it from the parameters (a Result), `to_json_of_reply` text

@@ -16,9 +16,9 @@ json limit_json(const engine::SetLimit::Reply& reply) {
 }
 
 json digest_json(const engine::GetDigest::Reply& reply) {
-    json value = {{"world_ns", reply.world_ns},       {"hash", hex_text(reply.value)},
-                  {"state_ns", reply.state_ns},       {"world", hex_text(reply.world.value)},
-                  {"cameras", hex_text(reply.cameras)}, {"commands", hex_text(reply.commands)},
+    json value = {{"world_ns", reply.world_ns},           {"hash", hex_text(reply.value)},
+                  {"state_ns", reply.state_ns},           {"world", hex_text(reply.world.value)},
+                  {"cameras", hex_text(reply.cameras)},   {"commands", hex_text(reply.commands)},
                   {"command_count", reply.command_count}, {"parts", json::object()}};
     for (const world::NamedDigest& part : reply.parts) value["parts"][part.name] = hex_text(part.value);
     return value;
@@ -26,24 +26,25 @@ json digest_json(const engine::GetDigest::Reply& reply) {
 
 /// Files are read on the thread for scenes: the engine only says which scene it is.
 void identify(RpcContext& context, const json&, RpcReply done) {
-    context.commands.post(engine::Request<engine::GetWorld>{{}, [&context, done](Result<engine::WorldState> state) {
-        if (!state) return done(std::unexpected(state.error()));
-        const auto tell = [&context, done, state = std::move(*state)] {
-            const auto scene = digest_of_scene(state.scene_file);
-            if (!scene) return done(std::unexpected(scene.error()));
-            json identity = context.identity ? context.identity() : json{{"build", ""}, {"mathematics", ""}};
-            identity["scene"] = state.scene;
-            identity["scene_hash"] = hex_text(scene->value);
-            identity["scene_files"] = scene->files;
-            identity["seed"] = state.seed;
-            identity["step_ns"] = state.step_ns;
-            identity["mode"] = to_string(state.mode);
-            identity["quality"] = to_string(state.quality);
-            done(std::move(identity));
-        };
-        if (!context.loader->post(tell))
-            done(error(ErrorKind::resource_exhausted, "scenes wait to be read already; ask again later"));
-    }});
+    context.commands.post(engine::Request<engine::GetWorld>{
+        {}, [&context, done](Result<engine::WorldState> state) {
+            if (!state) return done(std::unexpected(state.error()));
+            const auto tell = [&context, done, state = std::move(*state)] {
+                const auto scene = digest_of_scene(state.scene_file);
+                if (!scene) return done(std::unexpected(scene.error()));
+                json identity = context.identity ? context.identity() : json{{"build", ""}, {"mathematics", ""}};
+                identity["scene"] = state.scene;
+                identity["scene_hash"] = hex_text(scene->value);
+                identity["scene_files"] = scene->files;
+                identity["seed"] = state.seed;
+                identity["step_ns"] = state.step_ns;
+                identity["mode"] = to_string(state.mode);
+                identity["quality"] = to_string(state.quality);
+                done(std::move(identity));
+            };
+            if (!context.loader->post(tell))
+                done(error(ErrorKind::resource_exhausted, "scenes wait to be read already; ask again later"));
+        }});
 }
 
 }  // namespace
@@ -55,16 +56,18 @@ std::vector<Method> replica_methods(RpcContext& context) {
             {.name = "until_ns", .doc = "world time up to which the world may run", .unit = "ns", .range = {.low = 0}}),
         field_at<&engine::SetLimit::clock_ns>(
             {.name = "clock_ns",
-             .doc = "world time that it is now, where several rigs have one clock: what is skipped counts as held; less "
-                    "than 2 ms are made good at 500 ppm",
+             .doc =
+                 "world time that it is now, where several rigs have one clock: what is skipped counts as held; less "
+                 "than 2 ms are made good at 500 ppm",
              .unit = "ns",
              .range = {.low = 0}})};
     const std::vector<FieldOf<engine::GetDigest>> digest{field_at<&engine::GetDigest::with_parts>(
         {.name = "parts", .doc = "with the hash of each actor and camera, to find what differs"})};
     return {
         {.name = "world.limit",
-         .summary = "How far the world may run (realtime). At the limit it stands until a later one is given, and then "
-                    "catches up with its clock; frames that were due meanwhile and come no more are dropped for `held`.",
+         .summary =
+             "How far the world may run (realtime). At the limit it stands until a later one is given, and then "
+             "catches up with its clock; frames that were due meanwhile and come no more are dropped for `held`.",
          .params = descriptions_of(limit),
          .result = {{"world_ns", "integer", "world time", false, "ns"},
                     {"limit_ns", "integer or null", "null: there is none", false, "ns"},
@@ -73,13 +76,15 @@ std::vector<Method> replica_methods(RpcContext& context) {
          .handler = handler_of(context, limit, limit_json),
          .example = R"({"until_ns": 60000000000})"},
         {.name = "world.digest",
-         .summary = "Hashes of all that decides the future of this rig at a world time: two rigs of one scene with equal "
-                    "hashes at one time go on equally, with the same pictures.",
+         .summary =
+             "Hashes of all that decides the future of this rig at a world time: two rigs of one scene with equal "
+             "hashes at one time go on equally, with the same pictures.",
          .params = descriptions_of(digest),
          .result = {{"world_ns", "integer", "world time", false, "ns"},
                     {"hash", "string", "of all of it"},
                     {"state_ns", "integer", "world time of the world's last step", false, "ns"},
-                    {"world", "string", "of actors, behaviours, events, objects and lights, as world.status' state_hash"},
+                    {"world", "string",
+                     "of actors, behaviours, events, objects and lights, as world.status' state_hash"},
                     {"cameras", "string", "of cameras, heads, faults and the numbers of their next frames"},
                     {"commands", "string",
                      "of the commands done, each with its time; in a rig that is held or keeps a log"},
@@ -91,7 +96,8 @@ std::vector<Method> replica_methods(RpcContext& context) {
          .summary = "What has to be equal in rigs that are to hold the same world.",
          .params = {},
          .result = {{"build", "string", "hash of the program"},
-                    {"mathematics", "string", "hash of results of the functions that the world uses, on this processor"},
+                    {"mathematics", "string",
+                     "hash of results of the functions that the world uses, on this processor"},
                     {"scene", "string", "name of the scene"},
                     {"scene_hash", "string", "of the scene file and every file that it names"},
                     {"scene_files", "integer", "how many those are"},

@@ -180,7 +180,8 @@ std::vector<Method> truth_methods(RpcContext& context) {
                "(offset and length of the first 64), more_runs, times (sent so to so many readers); more_damaged, "
                "so many were damaged otherwise"},
               {"not_drawn", "string or null",
-               "why no stream or device has this frame though somebody reads there: `overload`, `own_cost`, `request`, `held` "
+               "why no stream or device has this frame though somebody reads there: `overload`, `own_cost`, `request`, "
+               "`held` "
                "or `failure`, as dropped_for of stats.get; what readers have by then lost for being slow, the books "
                "tell"},
               {"covered_fraction", "number",

@@ -115,8 +115,8 @@ Result<void> check_names(const Method& method, const json& params) {
 
 /// As the command log has it: one line, keys sorted, numbers in the shortest form that reads back the same.
 std::shared_ptr<const std::string> command_text(const std::string& method, const json& params) {
-    return std::make_shared<const std::string>(json{{"method", method}, {"params", params}}.dump(
-        -1, ' ', false, json::error_handler_t::replace));
+    return std::make_shared<const std::string>(
+        json{{"method", method}, {"params", params}}.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
 /// Where a path leads when every link is followed: a link below our folder may lead anywhere. Its last part need not be
@@ -253,7 +253,8 @@ void take_times(std::vector<Method>& methods) {
         method.takes_time = true;
         method.params.push_back(
             {"at_ns", "integer",
-             "world time at which it is done: after the frames that are due then, before the world's next step; those of "
+             "world time at which it is done: after the frames that are due then, before the world's next step; those "
+             "of "
              "one time in the order in which they came. The answer comes when it was done. Not past, and at most an "
              "hour ahead; 4096 may wait. Default: at once",
              false, "ns"});

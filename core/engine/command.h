@@ -278,8 +278,8 @@ struct SetLimit {
         std::size_t waiting = 0;  ///< commands that wait for their time
     };
     std::optional<TimeNs> until_ns = {};  ///< nullopt: as it is
-    /// World time that it is now by who knows it: the rig's clock is set to it, and what that skips is `held`. Less than
-    /// 2 ms are made good bit by bit (500 ppm).
+    /// World time that it is now by who knows it: the rig's clock is set to it, and what that skips is `held`. Less
+    /// than 2 ms are made good bit by bit (500 ppm).
     std::optional<TimeNs> clock_ns = {};
 };
 /// What tells two rigs of one scene apart.
@@ -334,9 +334,9 @@ template <typename C, typename... Of>
 concept OneOf = (std::same_as<C, Of> || ...);
 /// What changes the world or the cameras, and may say at what world time.
 template <typename C>
-concept Timed = OneOf<C, CreateCamera, SetCamera, DeleteCamera, MovePtz, PtzPresets, PtzTours, StopPtz, SetFault,
-                      ClearFaults, SpawnActor, RemoveActor, SetActor, SteerActors, SpawnObject, SetObject, RemoveObject,
-                      AddEvent, RemoveEvent>;
+concept Timed =
+    OneOf<C, CreateCamera, SetCamera, DeleteCamera, MovePtz, PtzPresets, PtzTours, StopPtz, SetFault, ClearFaults,
+          SpawnActor, RemoveActor, SetActor, SteerActors, SpawnObject, SetObject, RemoveObject, AddEvent, RemoveEvent>;
 /// What the command log has beside these, with the time at which it was done.
 template <typename C>
 concept Logged = Timed<C> || OneOf<C, LoadWorld, PauseWorld, ResumeWorld, StepWorld>;
@@ -347,7 +347,6 @@ public:
     virtual ~CommandJournal() = default;
     virtual void note(TimeNs at_ns, const std::string& text) = 0;
 };
-
 
 /// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {

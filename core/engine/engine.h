@@ -21,7 +21,7 @@ struct EngineOptions {
     OverloadPolicy overload = OverloadPolicy::drop;
     world::Quality quality = world::Quality::simple;
     std::optional<std::uint64_t> seed;  ///< nullopt: the scene's
-    TimeNs limit_ns = max_time_ns;  ///< in real time: how far the world may run at first (SetLimit)
+    TimeNs limit_ns = max_time_ns;      ///< in real time: how far the world may run at first (SetLimit)
     /// Changes without a world time of their own are refused: they would not be the same on another machine.
     bool is_held = false;
     std::shared_ptr<CommandJournal> journal = {};  ///< null: nobody keeps a log

@@ -78,8 +78,8 @@ void Instants::account_skipped(TimeNs instant_ns) {
     for (const auto& skipped : rig_.schedule.skip_before(instant_ns)) {
         CameraEntry& entry = rig_.cameras.at(skipped.camera);
         const auto frames = static_cast<std::uint64_t>(skipped.frames);
-        const auto reason = skipped.first_ns <= rig_.held_until_ns ? stream::DropReason::held
-                                                                   : stream::DropReason::overload;
+        const auto reason =
+            skipped.first_ns <= rig_.held_until_ns ? stream::DropReason::held : stream::DropReason::overload;
         if (!rig_.bus.wanted(skipped.camera, skipped.first_ns).empty()) {
             entry.due += frames;
             entry.dropped[static_cast<std::size_t>(reason)] += frames;

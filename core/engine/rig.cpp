@@ -315,8 +315,8 @@ std::uint64_t digest_of(CameraEntry& entry, const world::Snapshot& now, TimeNs d
         entry.spec_digest = {entry.spec_revision, spec.value()};
     }
     Digest digest;
-    digest.add(static_cast<std::uint32_t>(entry.id), std::uint32_t{entry.number}, *entry.name, due_ns, sequence,
-               stride, entry.spec_digest.second, entry.camera.arrives_ns());
+    digest.add(static_cast<std::uint32_t>(entry.id), std::uint32_t{entry.number}, *entry.name, due_ns, sequence, stride,
+               entry.spec_digest.second, entry.camera.arrives_ns());
     const camera::CameraState state = entry.camera.at(now);
     const camera::Intrinsics& optics = state.intrinsics;
     digest.add(state.pose.position, state.pose.orientation, optics.fx, optics.fy, optics.cx, optics.cy);

@@ -79,7 +79,7 @@ enum class DropReason : std::uint8_t {
 };
 inline constexpr int drop_reason_count = 6;
 inline constexpr std::array<std::string_view, drop_reason_count> drop_reason_names = {"overload", "own_cost", "request",
-                                                                                      "failure", "fault", "held"};
+                                                                                      "failure",  "fault",    "held"};
 struct CameraReport {
     std::string name;
     /// Frames that fell due while somebody watched; due = rendered + dropped. Frames due with nobody watching are

@@ -100,14 +100,16 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
             // CLI11 would take -1 as 2^64 - 1.
             return text.find_first_not_of("0123456789") == std::string::npos ? "" : "must be a number from 0 on";
         });
-    auto* held = serve->add_flag("--held", options->is_held,
-                    "for one world on many machines: commands need a world time at_ns, and in real time the world runs "
-                    "as far as world.limit lets it, from 0 on");
+    auto* held = serve->add_flag(
+        "--held", options->is_held,
+        "for one world on many machines: commands need a world time at_ns, and in real time the world runs "
+        "as far as world.limit lets it, from 0 on");
     serve->add_option("--log", options->log,
                       "file into which each command goes that changes something, with its world time");
-    serve->add_option("--replay", options->replay,
-                      "such a file: all of it is done again at the start, as fast as the machine can. The same file as "
-                      "--log is gone on with")
+    serve
+        ->add_option("--replay", options->replay,
+                     "such a file: all of it is done again at the start, as fast as the machine can. The same file as "
+                     "--log is gone on with")
         ->check(CLI::ExistingFile)
         ->excludes(held);
     add_named_option<world::Quality>(

@@ -131,7 +131,8 @@ std::vector<EventTable::Firing> EventTable::after(const Firing& firing, TimeNs n
 void EventTable::add_to(Digest& digest) const {
     digest.add(firings_, entries_.size());
     for (const Entry& entry : entries_) {
-        digest.add(entry.spec->name, entry.spec->limit, entry.fired, entry.next_ns, entry.is_near, last_firing(entry.spec->name));
+        digest.add(entry.spec->name, entry.spec->limit, entry.fired, entry.next_ns, entry.is_near,
+                   last_firing(entry.spec->name));
         digest.add(entry.later.size(), entry.inside.size());
         for (const TimeNs later_ns : entry.later) digest.add(later_ns);
         for (const std::uint32_t id : entry.inside) digest.add(id);

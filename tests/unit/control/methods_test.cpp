@@ -122,8 +122,8 @@ std::string sources_in(const char* folder) {
 
 // What only those need who write a client of their own; `camrig call` and Rig::call reach it.
 TEST(MethodTable, EveryMethodIsInBothClientsAndOnTheCommandLine) {
-    const std::set<std::string> by_call_only{"auth", "server.info", "server.describe", "server.shutdown",
-                                             "scene.check", "world.limit", "world.digest", "rig.identity"};
+    const std::set<std::string> by_call_only{"auth",        "server.info", "server.describe", "server.shutdown",
+                                             "scene.check", "world.limit", "world.digest",    "rig.identity"};
     for (const char* folder : {"control/client", "control/python/camrig", "tools/camrig"}) {
         const std::string sources = sources_in(folder);
         for (const Method& method : documented_methods()) {
