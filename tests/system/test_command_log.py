@@ -65,10 +65,10 @@ def test_a_command_is_done_at_its_world_time():
         later = rig.client
         answers = {}
 
-        def send(name, **params):
-            answers[name] = later.call(name, params)
+        def send():
+            answers["camera.set"] = later.call("camera.set", {"name": "cam", "vfov_deg": 40, "at_ns": 250_000_000})
 
-        waiting = threading.Thread(target=send, args=("camera.set",), kwargs={"name": "cam", "vfov_deg": 40, "at_ns": 250_000_000})
+        waiting = threading.Thread(target=send)
         waiting.start()
         wait_until(lambda: digest(rig)["world_ns"] == 0 and rig.call("server.info")["calls"]["camera.set"] == 1)
         rig.step(seconds=0.2)

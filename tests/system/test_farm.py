@@ -73,7 +73,7 @@ def test_in_lockstep_every_node_shows_what_one_machine_shows():
                 shown.append(pictures(rig))
         assert shown == seen
         owners = {camera["camera"]: camera["node"] for camera in rig.call("farm.status")["cameras"]}
-        assert len(owners) == 4
+        assert len(owners) == 7 and set(owners.values()) == {"node1", "node2"}
         digests = {name: digest(one) for name, one in rigs_of(rig).items()}
         assert len(digests) == 2 and len({json.dumps(one) for one in digests.values()}) == 1
         assert [pictures(one) for one in rigs_of(rig).values()] == [shown[-1]] * 2

@@ -567,7 +567,7 @@ struct WorldStatus {
     std::int64_t step_ns = 0;  ///< ns; the world's own step
     std::uint64_t seed = {};  ///< at least 0: seed of all chance in the world
     std::int64_t state_ns = 0;  ///< ns; world time of the last step
-    std::string state_hash = {};  ///< of the actors and lights at state_ns: equal states have equal hashes
+    std::string state_hash = {};  ///< of all that decides the world's future, at state_ns: equal states have equal hashes
     std::int64_t objects = 0;  ///< objects of the scene
     std::int64_t actors = 0;  ///< actors that are there now
     std::int64_t cameras = 0;  ///< cameras of the rig
@@ -664,6 +664,7 @@ struct ActorOptions {
     std::optional<double> radius_m = {};  ///< m; 0 to 100: of its body, for those who walk round it
     std::optional<Attachment> attach = {};  ///< hangs it on a node of another actor: {actor, node, position, yaw_deg or orientation}
     std::optional<nlohmann::json> behaviour = {};  ///< see behaviours
+    std::optional<std::int64_t> at_ns = {};  ///< ns; world time at which it is done: after the frames that are due then, before the world's next step; those of one time in the order in which they came. The answer comes when it was done. Not past, and at most an hour ahead; 4096 may wait. Default: at once
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -675,6 +676,7 @@ struct ActorOptions {
         visit("radius_m", self.radius_m);
         visit("attach", self.attach);
         visit("behaviour", self.behaviour);
+        visit("at_ns", self.at_ns);
     }
 };
 
@@ -688,6 +690,7 @@ struct ActorChanges {
     std::optional<bool> detach = {};  ///< no longer hangs on anything
     std::optional<std::string> play = {};  ///< a clip over the one of the behaviour; empty: no longer
     std::optional<double> play_speed = {};  ///< 0 to 100: of that clip
+    std::optional<std::int64_t> at_ns = {};  ///< ns; world time at which it is done: after the frames that are due then, before the world's next step; those of one time in the order in which they came. The answer comes when it was done. Not past, and at most an hour ahead; 4096 may wait. Default: at once
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -699,6 +702,7 @@ struct ActorChanges {
         visit("detach", self.detach);
         visit("play", self.play);
         visit("play_speed", self.play_speed);
+        visit("at_ns", self.at_ns);
     }
 };
 
@@ -710,6 +714,7 @@ struct ObjectOptions {
     std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
     std::optional<double> scale = {};  ///< 1e-6 to 1e6: of the model
     std::optional<std::string> clip = {};  ///< an animation of the model, played in a loop
+    std::optional<std::int64_t> at_ns = {};  ///< ns; world time at which it is done: after the frames that are due then, before the world's next step; those of one time in the order in which they came. The answer comes when it was done. Not past, and at most an hour ahead; 4096 may wait. Default: at once
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -719,6 +724,7 @@ struct ObjectOptions {
         visit("orientation", self.orientation);
         visit("scale", self.scale);
         visit("clip", self.clip);
+        visit("at_ns", self.at_ns);
     }
 };
 
@@ -729,6 +735,7 @@ struct ObjectChanges {
     std::optional<Vector3> position = {};  ///< m; of its origin; not of actors, which actor.set places
     std::optional<double> yaw_deg = {};  ///< deg; counter-clockwise from above; or orientation
     std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
+    std::optional<std::int64_t> at_ns = {};  ///< ns; world time at which it is done: after the frames that are due then, before the world's next step; those of one time in the order in which they came. The answer comes when it was done. Not past, and at most an hour ahead; 4096 may wait. Default: at once
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -737,6 +744,7 @@ struct ObjectChanges {
         visit("position", self.position);
         visit("yaw_deg", self.yaw_deg);
         visit("orientation", self.orientation);
+        visit("at_ns", self.at_ns);
     }
 };
 
@@ -747,6 +755,7 @@ struct FaultOptions {
     std::optional<std::uint64_t> seed = {};  ///< at least 0: of what is random in it
     std::optional<double> start_s = {};  ///< s; 0 to 1e9: world time from which on it is there
     std::optional<double> end_s = {};  ///< s; 0 to 1e9: world time at which it is over
+    std::optional<std::int64_t> at_ns = {};  ///< ns; world time at which it is done: after the frames that are due then, before the world's next step; those of one time in the order in which they came. The answer comes when it was done. Not past, and at most an hour ahead; 4096 may wait. Default: at once
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -755,6 +764,7 @@ struct FaultOptions {
         visit("seed", self.seed);
         visit("start_s", self.start_s);
         visit("end_s", self.end_s);
+        visit("at_ns", self.at_ns);
     }
 };
 

@@ -127,11 +127,16 @@ class Door:
         self._writes = {each["name"] for each in described["methods"] if any(field["name"] == "at_ns" for field in each["params"])} - {"world.digest"} | {"world.step"}
 
     async def _once(self, method: str) -> Any:
-        wire = await Wire.open(self._node_for({})["control"])
-        try:
-            return await wire.call(method)
-        finally:
-            wire.close()
+        while True:
+            node = self._node_for({})
+            try:
+                wire = await Wire.open(node["control"])
+                try:
+                    return await wire.call(method)
+                finally:
+                    wire.close()
+            except CamrigError:
+                self.forget(node["node"])  # it has died, and comes back by its next report if it has not
 
     async def _command(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
         if "at_ns" in params:
@@ -154,7 +159,14 @@ class Door:
         return self._nodes[owner_of(camera, live) if isinstance(camera, str) else live[0]]
 
     async def _look(self, request: dict[str, Any], params: dict[str, Any], wires: dict) -> Any:
-        path = self._node_for(params)["control"]
+        while True:
+            node = self._node_for(params)
+            try:
+                return await self._look_at(node["control"], request, wires)
+            except CamrigError:
+                self.forget(node["node"])  # looking changes nothing: another can answer
+
+    async def _look_at(self, path: str, request: dict[str, Any], wires: dict) -> Any:
         try:
             if path not in wires:
                 wires[path] = await asyncio.open_unix_connection(path, limit=_MAX_LINE)

@@ -44,8 +44,9 @@ class Feed:
         while self._fed < last:
             entries = [(number, await self._log.read(number)) for number in range(self._fed + 1, min(last, self._fed + _CHUNK) + 1)]
             if entries[0][1]["kind"] == "begin":
-                self.begin = entries.pop(0)[1]
-                raise_if_different(self.begin, self._identity)
+                begin = entries.pop(0)[1]
+                raise_if_different(begin, self._identity)
+                self.begin = begin
             self._fed += len(entries) + (self._fed == 0)
             if self._is_lockstep:
                 await self._step(entries)

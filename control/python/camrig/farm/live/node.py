@@ -146,6 +146,8 @@ class Node:
             await asyncio.sleep(REPORT_S)
 
     async def _say(self, more: dict[str, Any]) -> None:
+        if self.feed.begin is None:
+            return  # nobody counts on a node that has not passed the gate
         report = {"node": self.options.name, "applied": self.feed.applied, "at": time.time(), "is_sequencer": self.sequencer.is_active, "pid": os.getpid(),
                   "rig_pid": self.daemon.process.pid, **{key: self.daemon.ready.get(key) for key in ("control", "http", "rtsp", "host")}, **more}
         await self.bus.publish(self.subjects.report, json.dumps(report).encode())
