@@ -30,14 +30,14 @@ struct RpcContext {
     /// What `auth` compares with; empty: any token will do.
     std::string token = {};
     ControlLimits limits = {};
-    /// Facts of this program, by name: build and the mathematics in use (rig.identity). May be empty.
-    std::function<nlohmann::json()> identity = {};
-    /// Somebody keeps a log of commands, or compares what they were: they come with their text.
-    bool keeps_text = false;
     /// Said to a command of somebody who may only look: what to do about it.
     std::string how_to_command = "commands are taken on the control socket only";
     /// Errors about files below this folder are told in full to everybody who may command.
     std::filesystem::path scenes = {};
+    /// Facts of this program, by name: build and the mathematics in use (rig.identity). May be empty.
+    std::function<nlohmann::json()> identity = {};
+    /// Somebody keeps a log of commands, or compares what they were: they come with their text.
+    bool keeps_text = false;
 
     // Made by the server: what all answers and the pictures being made for them count against; one thread reads scenes,
     // one turns the engine's replies into text.

@@ -87,10 +87,10 @@ RigServers::RigServers(const ServeOptions& options, RigInputs& inputs, RunningRi
             .info = [this] { return facts_.get(); },
             .shutdown = [] { ::kill(::getpid(), SIGTERM); },  // StopSignal waits for it
             .token = inputs.access.secret,
-            .identity = program_identity,
-            .keeps_text = options.is_held || !options.log.empty(),
             .how_to_command = inputs.access.how_to_command,
-            .scenes = inputs.scenes}) {
+            .scenes = inputs.scenes,
+            .identity = program_identity,
+            .keeps_text = options.is_held || !options.log.empty()}) {
     facts_.add("version", version);
     facts_.add("pid", ::getpid());
     facts_.add("renderer", rig.engine->renderer_description());

@@ -321,6 +321,20 @@ Result<engine::EventLog> FakeRig::run(engine::WaitEvents& command) {
     return engine::EventLog{{record}, command.since + 1, 0};
 }
 
+Result<engine::SetLimit::Reply> FakeRig::run(engine::SetLimit& command) {
+    return engine::SetLimit::Reply{.world_ns = 3, .limit_ns = command.until_ns.value_or(max_time_ns), .waiting = 2};
+}
+
+Result<engine::GetDigest::Reply> FakeRig::run(engine::GetDigest& command) {
+    engine::GetDigest::Reply reply;
+    reply.world_ns = 3;
+    reply.state_ns = 2;
+    reply.value = 17;
+    reply.command_count = 1;
+    if (command.with_parts) reply.parts = {{"camera lobby", 5}};
+    return reply;
+}
+
 Result<stream::RigReport> FakeRig::run(engine::GetStats&) {
     stream::RigReport report;
     report.instants = 7;

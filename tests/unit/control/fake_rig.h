@@ -69,6 +69,8 @@ private:
     Result<engine::EventLog> run(engine::WaitEvents& command);
     Result<stream::RigReport> run(engine::GetStats&);
     Result<truth::TruthRef> run(engine::GetTruth& command);
+    Result<engine::SetLimit::Reply> run(engine::SetLimit& command);
+    Result<engine::GetDigest::Reply> run(engine::GetDigest& command);
     Result<engine::CameraReply> find(const std::string& name) const;
 
     mutable std::mutex mutex_;
