@@ -30,7 +30,8 @@ void identify(RpcContext& context, const json&, RpcReply done) {
         {}, [&context, done](Result<engine::WorldState> state) {
             if (!state) return done(std::unexpected(state.error()));
             const auto tell = [&context, done, state = std::move(*state)] {
-                const auto scene = digest_of_scene(state.scene_file);
+                // A world that is of no file has none to compare.
+                const auto scene = state.scene_file.empty() ? SceneDigest{} : digest_of_scene(state.scene_file);
                 if (!scene) return done(std::unexpected(scene.error()));
                 json identity = context.identity ? context.identity() : json{{"build", ""}, {"mathematics", ""}};
                 identity["scene"] = state.scene;

@@ -57,11 +57,12 @@ std::vector<fs::path> named_in(const fs::path& file) {
 }  // namespace
 
 Result<SceneDigest> digest_of_scene(const fs::path& file_of_scene) {
-    const fs::path scene = fs::absolute(file_of_scene).lexically_normal();
+    std::error_code failed;
+    const fs::path scene = fs::absolute(file_of_scene, failed).lexically_normal();
+    if (failed) return error(ErrorKind::not_found, "'" + file_of_scene.string() + "' is no file of a scene");
     std::map<std::string, std::uint64_t> digests;  // by the way from the scene's folder, so in one order everywhere
     std::vector<fs::path> left{scene};
     // The light that was baked for it lies beside it.
-    std::error_code failed;
     for (const auto& beside : fs::directory_iterator(scene.parent_path(), failed))
         if (beside.path().stem() == file_of_scene.stem() && beside.path().extension() == ".light")
             left.push_back(beside.path());

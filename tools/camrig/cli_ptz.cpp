@@ -73,7 +73,7 @@ void add_tour_set(CLI::App& group, CliContext& context) {
     CLI::App* const command = add_command(group, context, "ptz.tour_set", "makes a guard tour of presets", params);
     const auto presets = std::make_shared<std::vector<std::string>>();
     command->add_option("PRESET", *presets, "where it goes, over and over, in this order")->required();
-    for (const Field& field : params_of("ptz.tour_set").back().parts)
+    for (const Field& field : std::ranges::find(params_of("ptz.tour_set"), "stops", &Field::name)->parts)
         if (field.name != "preset") add_field_option(*command, stop, field);
     command->parse_complete_callback([params, stop, presets] {
         for (const std::string& preset : *presets)
