@@ -108,7 +108,7 @@ std::vector<Method> replica_methods(RpcContext& context) {
                     {"quality", "string", "the rig's own"}},
          .errors = {resource_exhausted, not_found},
          .handler = [&context](const json& params, RpcReply done) { identify(context, params, std::move(done)); },
-         .only_looks = true},
+         .reads_files = true},
     };
 }
 

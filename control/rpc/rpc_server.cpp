@@ -254,9 +254,8 @@ void take_times(std::vector<Method>& methods) {
         method.params.push_back(
             {"at_ns", "integer",
              "world time at which it is done: after the frames that are due then, before the world's next step; those "
-             "of "
-             "one time in the order in which they came. The answer comes when it was done. Not past, and at most an "
-             "hour ahead; 4096 may wait. Default: at once",
+             "of one time in the order in which they came. The answer comes when it was done. Not past, and at most "
+             "an hour ahead; 4096 may wait. Default: at once",
              false, "ns"});
     }
 }

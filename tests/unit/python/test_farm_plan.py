@@ -12,7 +12,7 @@ import pytest
 
 from camrig import CamrigError
 from camrig.farm.batch import plan as plans
-from camrig.farm.batch.checks import Wrong
+from camrig.json_checks import Wrong
 from camrig.farm.batch.draw import _seconds
 from camrig.farm.batch.hashing import seed_of
 from camrig.farm.batch.pointer import PointerError, assign
@@ -134,7 +134,7 @@ def test_whatever_changes_the_frames_changes_the_name(load, tmp_path):
     ({"vary": [{"product": {"qualty": ["fast"]}}]}, "plan.json: vary: 'qualty' is neither a place"),
     ({"vary": [{"product": {"quality": ["fast", "best"]}}]}, "plan.json: variant 1: quality: must be one of"),
     ({"vary": [{"rows": [{"/environment/exposure": 1}, {"/environment/exposure": 1}]}]}, "plan.json: vary: variants 0 and 1 are the same"),
-    ({"seconds": -1}, "plan.json: variant 0: seconds: must be a number"),
+    ({"seconds": -1}, "plan.json: variant 0: seconds: must be 0"),
     ({"cameras": []}, "plan.json: variant 0: cameras: must be a list of 1"),
     ({"camrig_plan": 2}, "plan.json: camrig_plan: must be 1"),
     ({"scene": "nowhere.json"}, "nowhere.json: No such file"),

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from ..errors import CamrigError
+from ..json_checks import Wrong, check_integer, check_number, check_object, read_json
 
 MAX_FILE_BYTES = 1 << 20
 MAX_CELLS = 1000
@@ -97,43 +98,28 @@ def load(campaign: str | os.PathLike[str] | Mapping[str, Any], changes: Mapping[
         value = {**value, **changes}
     try:
         return _campaign(value)
-    except _Wrong as wrong:
+    except Wrong as wrong:
         raise CamrigError("invalid_argument", f"{where}: {wrong}") from None
-
-
-class _Wrong(Exception):
-    def __init__(self, place: str, what: str) -> None:
-        super().__init__(f"{place}: {what}" if place else what)
 
 
 def _read(path: str | os.PathLike[str]) -> tuple[str, Any]:
     name = os.fspath(path)
     shipped = SHIPPED / f"{name}.json"
     file = shipped if name in shipped_names() and not os.path.exists(name) else Path(name)
-    try:
-        with open(file, "rb") as opened:
-            text = opened.read(MAX_FILE_BYTES + 1)
-    except OSError as problem:
-        raise CamrigError("not_found", f"{name}: {problem.strerror}; shipped campaigns: {', '.join(shipped_names())}") from None
-    if len(text) > MAX_FILE_BYTES:
-        raise CamrigError("invalid_argument", f"{name}: more than {MAX_FILE_BYTES} bytes")
-    try:
-        return name, json.loads(text)
-    except (ValueError, RecursionError) as problem:
-        raise CamrigError("invalid_argument", f"{name}: is not JSON: {problem}") from None
+    return name, read_json(file, MAX_FILE_BYTES, f"; shipped campaigns: {', '.join(shipped_names())}")
 
 
 def _campaign(value: Any) -> Campaign:
     known = {"faults", *(one.name for one in fields(Campaign) if one.name != "rows")}
-    _object(value, "", known)
+    check_object(value, "", known)
     faults = value.get("faults")
     if not isinstance(faults, list) or not faults:
-        raise _Wrong("faults", "must be a list of at least one fault")
+        raise Wrong("faults", "must be a list of at least one fault")
     rows = tuple(_row(one, f"faults[{number}]") for number, one in enumerate(faults))
     names = [row.name for row in rows]
     for number, name in enumerate(names):
         if name in names[:number]:
-            raise _Wrong(f"faults[{number}].name", f"'{name}' is there twice; give one of them another name")
+            raise Wrong(f"faults[{number}].name", f"'{name}' is there twice; give one of them another name")
     campaign = Campaign(
         name=_text(value.get("name", "campaign"), "name"),
         rows=rows,
@@ -141,84 +127,76 @@ def _campaign(value: Any) -> Campaign:
         check=_check(value.get("check", {})),
         camera=_camera(value.get("camera", "")),
         scene=None if value.get("scene") is None else _text(value["scene"], "scene"),
-        repeats=_integer(value.get("repeats", 1), "repeats", 1, MAX_CELLS),
-        seed=_integer(value.get("seed", 0), "seed", 0, 2**53),
+        repeats=check_integer(value.get("repeats", 1), "repeats", 1, MAX_CELLS),
+        seed=check_integer(value.get("seed", 0), "seed", 0, 2**53),
         unmapped=_unmapped(value.get("unmapped", {})),
-        **{key: _number(value[key], key, 0, MAX_SECONDS) for key in ("warm_up_s", "hold_s", "recover_s", "stays_s") if key in value},
+        **{key: check_number(value[key], key, 0, MAX_SECONDS) for key in ("warm_up_s", "hold_s", "recover_s", "stays_s") if key in value},
     )
     if (count := campaign.repeats * sum(len(row.severities) for row in rows)) > MAX_CELLS:
-        raise _Wrong("faults", f"{count} cells; at most {MAX_CELLS}")
+        raise Wrong("faults", f"{count} cells; at most {MAX_CELLS}")
     return campaign
 
 
 def _row(value: Any, place: str) -> Row:
-    _object(value, place, {"name", "kind", "severity", "severities", "params"})
+    check_object(value, place, {"name", "kind", "severity", "severities", "params"})
     if "kind" not in value:
-        raise _Wrong(f"{place}.kind", "is missing; one of camrig fault kinds, or settings")
+        raise Wrong(f"{place}.kind", "is missing; one of camrig fault kinds, or settings")
     kind = _text(value["kind"], f"{place}.kind")
     severities = value.get("severities", [value.get("severity", 1)])
     if "severities" in value and "severity" in value or not isinstance(severities, list) or not severities:
-        raise _Wrong(f"{place}.severities", "give severity, or a list of severities")
-    numbers = tuple(_number(one, f"{place}.severities[{number}]", 0, 1) for number, one in enumerate(severities))
+        raise Wrong(f"{place}.severities", "give severity, or a list of severities")
+    numbers = tuple(check_number(one, f"{place}.severities[{number}]", 0, 1) for number, one in enumerate(severities))
     if len(set(numbers)) != len(numbers):
-        raise _Wrong(f"{place}.severities", "one of them is there twice")
+        raise Wrong(f"{place}.severities", "one of them is there twice")
     params = value.get("params", {})
-    _object(params, f"{place}.params", None)
+    check_object(params, f"{place}.params", None)
     if kind == "settings" and (numbers != (1.0,) or not params):
-        raise _Wrong(place, "settings have params (fields of camera.set) and no severities")
+        raise Wrong(place, "settings have params (fields of camera.set) and no severities")
     if kind == "settings" and (clash := sorted({"name", "seconds", "outputs"} & set(params))):
-        raise _Wrong(f"{place}.params.{clash[0]}", "cannot be put back; it is not for a campaign")
+        raise Wrong(f"{place}.params.{clash[0]}", "cannot be put back; it is not for a campaign")
     return Row(_text(value.get("name", kind), f"{place}.name"), kind, numbers, params)
 
 
 def _unmapped(value: Any) -> Mapping[str, str]:
-    _object(value, "unmapped", None)
+    check_object(value, "unmapped", None)
     return {name: _text(reason, f"unmapped.{name}") for name, reason in value.items()}
 
 
 def _check(value: Any) -> Check:
     if value == {}:
         return Check()
-    _object(value, "check", {"well", "troubled", "every_s", "command"})
+    check_object(value, "check", {"well", "troubled", "every_s", "command"})
     for key in ("well", "troubled"):
         if key in value:
             try:
                 re.compile(_text(value[key], f"check.{key}"))
             except re.error as problem:
-                raise _Wrong(f"check.{key}", f"is no regular expression: {problem}") from None
-    every_s = None if value.get("every_s") is None else _number(value["every_s"], "check.every_s", 0.05, MAX_SECONDS)
+                raise Wrong(f"check.{key}", f"is no regular expression: {problem}") from None
+    every_s = None if value.get("every_s") is None else check_number(value["every_s"], "check.every_s", 0.05, MAX_SECONDS)
     if "command" in value:
         if "well" in value or "troubled" in value:
-            raise _Wrong("check.command", "goes alone: without well and troubled")
+            raise Wrong("check.command", "goes alone: without well and troubled")
         command = _words(value["command"], "check.command")
         if not command:
-            raise _Wrong("check.command", "must be a list of words")
+            raise Wrong("check.command", "must be a list of words")
         return Check(every_s=every_s or 0.5, command=command)
     if value and every_s is None and not ("well" in value and "troubled" in value):
-        raise _Wrong("check.every_s", "is missing: seconds within which a line must come (or give well and troubled, both)")
+        raise Wrong("check.every_s", "is missing: seconds within which a line must come (or give well and troubled, both)")
     return Check(value.get("well"), value.get("troubled"), every_s)
 
 
 def _camera(value: Any) -> str | Mapping[str, Any]:
     if isinstance(value, str):
         return _text(value, "camera", is_empty_good=True)
-    _object(value, "camera", None)
+    check_object(value, "camera", None)
     if not isinstance(value.get("name"), str):
-        raise _Wrong("camera.name", "is missing")
+        raise Wrong("camera.name", "is missing")
     return value
-
-
-def _object(value: Any, place: str, known: set[str] | None) -> None:
-    if not isinstance(value, Mapping):
-        raise _Wrong(place, "must be an object")
-    for key in value:
-        if known is not None and key not in known:
-            raise _Wrong(f"{place}.{key}".lstrip("."), f"is unknown; known: {', '.join(sorted(known))}")
 
 
 def _text(value: Any, place: str, is_empty_good: bool = False) -> str:
     if not isinstance(value, str) or not (value or is_empty_good) or len(value) > 1000:
-        raise _Wrong(place, "must be a string of 1 to 1000 characters")
+        raise Wrong(place, "must be a string of 1 to 1000 characters")
     return value
 
 
@@ -227,19 +205,7 @@ def _words(value: Any, place: str) -> tuple[str, ...]:
         try:
             value = shlex.split(value)
         except ValueError as problem:
-            raise _Wrong(place, str(problem)) from None
+            raise Wrong(place, str(problem)) from None
     if not isinstance(value, (list, tuple)) or len(value) > 1000 or not all(isinstance(word, str) for word in value):
-        raise _Wrong(place, "must be a command line, or a list of its words")
+        raise Wrong(place, "must be a command line, or a list of its words")
     return tuple(value)
-
-
-def _number(value: Any, place: str, low: float, high: float) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
-        raise _Wrong(place, f"must be {low:g} to {high:g}")
-    return float(value)
-
-
-def _integer(value: Any, place: str, low: int, high: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-        raise _Wrong(place, f"must be a whole number, {low} to {high}")
-    return value

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Any, Iterator, Mapping
 
 from ...errors import CamrigError
 from ...places import find_binary
-from .checks import Wrong, check_choice, check_integer, check_list, check_number, check_object, check_text, inside
+from ...json_checks import Wrong, check_choice, check_integer, check_list, check_number, check_object, check_text, inside, read_json
 from .hashing import canonical, file_hash, seed_of
 from .pointer import PointerError
 from .scene_file import read_scene, scene_hash, varied
@@ -36,17 +35,7 @@ class Plan:
 def load(path: str | os.PathLike[str]) -> Plan:
     """Reads a plan; CamrigError names the file and the place of what is wrong, as in ``sweep.json: vary[0].sobol./lights/sun: ..``."""
     where = os.fspath(path)
-    try:
-        with open(where, "rb") as file:
-            text = file.read(MAX_FILE_BYTES + 1)
-    except OSError as problem:
-        raise CamrigError("not_found", f"{where}: {problem.strerror}") from None
-    if len(text) > MAX_FILE_BYTES:
-        raise CamrigError("invalid_argument", f"{where}: more than {MAX_FILE_BYTES} bytes")
-    try:
-        value = json.loads(text)
-    except (ValueError, RecursionError) as problem:
-        raise CamrigError("invalid_argument", f"{where}: is not JSON: {problem}") from None
+    value = read_json(where, MAX_FILE_BYTES)
     try:
         return Plan(value, list(_shards(_checked(value), Path(where).absolute().parent)))
     except Wrong as wrong:

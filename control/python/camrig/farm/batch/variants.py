@@ -11,7 +11,7 @@ import math
 from typing import Any, Mapping
 
 from ...errors import CamrigError
-from .checks import Wrong, check_integer, check_list, check_number, check_object, inside
+from ...json_checks import Wrong, check_integer, check_list, check_number, check_object, inside
 from .hashing import seed_of
 
 Row = dict[str, Any]

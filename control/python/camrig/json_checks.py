@@ -1,8 +1,12 @@
-"""Checks of JSON values that say where what is wrong."""
+"""Reading of JSON files, and checks of their values that say where what is wrong."""
 
 from __future__ import annotations
 
+import json
+import os
 from typing import Any, Collection, Mapping
+
+from .errors import CamrigError
 
 
 class Wrong(Exception):
@@ -10,6 +14,22 @@ class Wrong(Exception):
 
     def __init__(self, place: str, what: str) -> None:
         super().__init__(f"{place}: {what}" if place else what)
+
+
+def read_json(path: str | os.PathLike[str], most_bytes: int, hint: str = "") -> Any:
+    """The value in the file, of at most so many bytes. CamrigError names the file; `hint` is added where there is none."""
+    where = os.fspath(path)
+    try:
+        with open(where, "rb") as file:
+            text = file.read(most_bytes + 1)
+    except OSError as problem:
+        raise CamrigError("not_found", f"{where}: {problem.strerror}{hint}") from None
+    if len(text) > most_bytes:
+        raise CamrigError("invalid_argument", f"{where}: more than {most_bytes} bytes")
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as problem:
+        raise CamrigError("invalid_argument", f"{where}: is not JSON: {problem}") from None
 
 
 def inside(place: str, key: str) -> str:
@@ -45,7 +65,7 @@ def check_choice(value: Any, place: str, choices: Collection[Any]) -> Any:
 
 def check_number(value: Any, place: str, low: float, high: float) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
-        raise Wrong(place, f"must be a number, {low:g} to {high:g}")
+        raise Wrong(place, f"must be {low:g} to {high:g}")
     return float(value)
 
 
