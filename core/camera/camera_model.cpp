@@ -42,11 +42,13 @@ bool CameraModel::survey_edges() {
         const glm::dvec3 ray = lens_.direction_from_ideal(*ideal);
         max_field_angle_ = std::max(max_field_angle_, std::atan2(std::hypot(ray.x, ray.y), ray.z));
     };
-    for (int x = 0; x <= size_.width; ++x) {
+    // Straight edges are farthest from the axis where they end.
+    const int across = lens_.is_identity() ? size_.width : 1, down = lens_.is_identity() ? size_.height : 1;
+    for (int x = 0; x <= size_.width; x += across) {
         visit(x - 0.5, -0.5);
         visit(x - 0.5, bottom);
     }
-    for (int y = 0; y <= size_.height; ++y) {
+    for (int y = 0; y <= size_.height; y += down) {
         visit(-0.5, y - 0.5);
         visit(right, y - 0.5);
     }

@@ -148,7 +148,10 @@ bool needs_depth(const ViewMotion& motion) {
 
 MovedPixels moved_pixels(const ViewMotion& motion, const View& view, const frame::Frame* depth) {
     const auto& [begin, middle, end] = motion.moments;
-    const std::array<Eye, 3> eyes{eye_at(view, begin.state), eye_at(view, middle.state), eye_at(view, end.state)};
+    const Eye eye = eye_at(view, middle.state);
+    const std::array<Eye, 3> eyes = motion.camera_moves
+                                        ? std::array{eye_at(view, begin.state), eye, eye_at(view, end.state)}
+                                        : std::array{eye, eye, eye};
     const ImageSize size = view.spec->size;
     MovedPixels moved{.most = motion.statics_change ? most_px : 0.0, .movers = {}};
     using Places = std::array<std::optional<glm::dvec2>, 3>;

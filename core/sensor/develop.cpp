@@ -48,26 +48,43 @@ CAMRIG_ROW_LOOP void interpolate(const float* __restrict above, const float* __r
     }
 }
 
-/// x^(1/2.4) fitted by two square roots; in codes of 255.
-CAMRIG_ROW_LOOP std::int32_t srgb_code(float linear) {
-    const float lit = linear > 0.0f ? linear : 0.0f, c = lit < 1.0f ? lit : 1.0f;
-    const float root = std::sqrt(c);
-    const float high =
-        0.91269030f * root + 0.25450221f * std::sqrt(root) + c * (0.03564411f * root - 0.13222371f) - 0.07051239f;
-    const float code = c <= 0.0031308f ? 12.92f * c : high;
-    return static_cast<std::int32_t>(code * 255.0f + 0.5f);
+/// Of the sRGB curve, from 0 to 255: x^(1/2.4) fitted by two square roots.
+template <typename Loops>
+CAMRIG_ROW_LOOP typename Loops::Ints srgb_codes(typename Loops::Floats linear) {
+    using Floats = typename Loops::Floats;
+    const Floats c = Loops::at_most(Loops::at_least(linear, 0.0f), 1.0f);
+    const Floats root = Loops::root_of(c);
+    const Floats high =
+        0.91269030f * root + 0.25450221f * Loops::root_of(root) + c * (0.03564411f * root - 0.13222371f) - 0.07051239f;
+    return Loops::truncated((c <= 0.0031308f ? 12.92f * c : high) * 255.0f + 0.5f);
 }
 
-CAMRIG_ROW_LOOP void tone(const float* __restrict red, const float* __restrict green, const float* __restrict blue,
-                          int width, const float (&gains)[3], std::uint32_t* __restrict to) {
-    for (int x = 0; x < width; ++x) {
-        const std::int32_t r = srgb_code(red[x] * gains[0]), g = srgb_code(green[x] * gains[1]),
-                           b = srgb_code(blue[x] * gains[2]);
-        to[x] = static_cast<std::uint32_t>(r | g << 8 | b << 16 | static_cast<std::int32_t>(0xff000000U));
+/// Pixels from planes of light, all three the same for grey.
+template <typename Loops>
+CAMRIG_ROW_LOOP void tone(const std::array<const float*, 3>& light, int width, const float (&gains)[3],
+                          std::uint32_t* __restrict to) {
+    using Ints = typename Loops::Ints;
+    constexpr int lanes = Loops::lanes;
+    const bool is_grey = light[0] == light[2];
+    for (int x = 0; x < width; x += lanes) {
+        Ints pixels = srgb_codes<Loops>(Loops::load(light[0] + x) * gains[0]);
+        if (is_grey) {
+            pixels *= 0x010101;
+        } else {
+            pixels |= srgb_codes<Loops>(Loops::load(light[1] + x) * gains[1]) << 8 |
+                      srgb_codes<Loops>(Loops::load(light[2] + x) * gains[2]) << 16;
+        }
+        pixels |= static_cast<std::int32_t>(0xff000000U);
+        if (x + lanes <= width) {
+            std::memcpy(to + x, &pixels, sizeof pixels);
+        } else {
+            for (int i = 0; x + i < width; ++i) to[x + i] = static_cast<std::uint32_t>(pixels[i]);
+        }
     }
 }
 
 /// Row y of the picture.
+template <typename Loops>
 CAMRIG_ROW_LOOP void develop_row(const SensorSpec& spec, ImageSize size, const std::uint16_t* numbers, int y,
                                  const float (&gains)[3], std::uint32_t* to) {
     thread_local PaddedRow rows[3];
@@ -91,21 +108,22 @@ CAMRIG_ROW_LOOP void develop_row(const SensorSpec& spec, ImageSize size, const s
         interpolate(rows[0].data(), rows[1].data(), rows[2].data(), size.width, own,
                     has_red ? colors.red.data() : colors.blue.data(), colors.green.data(),
                     has_red ? colors.blue.data() : colors.red.data());
-        tone(colors.red.data(), colors.green.data(), colors.blue.data(), size.width, gains, to);
+        tone<Loops>({colors.red.data(), colors.green.data(), colors.blue.data()}, size.width, gains, to);
     } else {
         const int planes = spec.planes();
         for (int plane = 0; plane < planes; ++plane) read(plane, y, rows[plane]);
-        tone(rows[0].data(), rows[planes == 3 ? 1 : 0].data(), rows[planes == 3 ? 2 : 0].data(), size.width, gains, to);
+        tone<Loops>({rows[0].data(), rows[planes == 3 ? 1 : 0].data(), rows[planes == 3 ? 2 : 0].data()}, size.width,
+                    gains, to);
     }
 }
 
 CAMRIG_WIDE_ROWS void develop_wide(const SensorSpec& spec, ImageSize size, const std::uint16_t* numbers, int y,
                                    const float (&gains)[3], std::uint32_t* to) {
-    develop_row(spec, size, numbers, y, gains, to);
+    develop_row<RowLoops<EightLanes>>(spec, size, numbers, y, gains, to);
 }
 void develop_plain(const SensorSpec& spec, ImageSize size, const std::uint16_t* numbers, int y, const float (&gains)[3],
                    std::uint32_t* to) {
-    develop_row(spec, size, numbers, y, gains, to);
+    develop_row<RowLoops<FourLanes>>(spec, size, numbers, y, gains, to);
 }
 
 }  // namespace

@@ -9,9 +9,6 @@ namespace camrig::sensor {
 /// Rows are worked on in pieces of so many photosites; buffers of rows are padded to whole ones.
 inline constexpr int row_piece = 16;
 
-/// Below this mean electrons are counted one by one, from here on their number is a continuous variable.
-inline constexpr float counted_below_e = 20.0f;
-
 /// All that a row of one plane of photosites needs. Electrons are of one picture; numbers are what the converter gives.
 struct RowExposure {
     int padded_width = 0;  ///< whole pieces

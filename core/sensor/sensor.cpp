@@ -61,7 +61,7 @@ RowExposure Sensor::row_of(const Shot& shot, int plane, int y) const {
     const double v = root * (y - intrinsics_.cy) / intrinsics_.fy;
     const auto number = [](double value) { return static_cast<float>(value); };
     RowExposure row;
-    row.padded_width = (size_.width + row_piece - 1) / row_piece * row_piece;
+    row.padded_width = SiteLight::stride_for(size_.width);
     row.electrons = number(std::min(spec_.electrons_per_s() * shot.exposure_s, 1e20));
     row.u0 = number(-root * intrinsics_.cx / intrinsics_.fx);
     row.u_step = number(root / intrinsics_.fx);
@@ -81,37 +81,64 @@ RowExposure Sensor::row_of(const Shot& shot, int plane, int y) const {
     return row;
 }
 
-void Sensor::gather_light(const Light& light, int plane, int y, float* to) const {
+void Sensor::gather_row(const Light& light, int plane, int y, int x0, int x1, float* to) const {
     const std::ptrdiff_t at = y * light.stride;
     if (spec_.filter == ColorFilter::rgb) {
         const float* const from = light.planes[plane] + at;
-        for (int x = 0; x < size_.width; ++x) to[x] = clean(from[x]);
+        for (int x = x0; x < x1; ++x) to[x] = clean(from[x]);
     } else if (spec_.filter == ColorFilter::mono) {
         const float *const r = light.planes[0] + at, *const g = light.planes[1] + at, *const b = light.planes[2] + at;
         // Luminance of Rec. 709 primaries.
-        for (int x = 0; x < size_.width; ++x) to[x] = clean(0.2126f * r[x] + 0.7152f * g[x] + 0.0722f * b[x]);
+        for (int x = x0; x < x1; ++x) to[x] = clean(0.2126f * r[x] + 0.7152f * g[x] + 0.0722f * b[x]);
     } else {
         const auto responses = spec_.responses();
-        for (int parity = 0; parity < 2; ++parity) {
-            const auto color = static_cast<std::size_t>(color_at(spec_.filter, parity, y));
+        for (int first = x0; first < std::min(x0 + 2, x1); ++first) {
+            const auto color = static_cast<std::size_t>(color_at(spec_.filter, first, y));
             const float* const from = light.planes[color] + at;
             const auto response = static_cast<float>(responses[color]);
-            for (int x = parity; x < size_.width; x += 2) to[x] = clean(from[x]) * response;
+            for (int x = first; x < x1; x += 2) to[x] = clean(from[x]) * response;
         }
     }
 }
 
+void Sensor::gather(const Light& light, int first_row, int end_row, SiteLight& to) const {
+    CHECK(to.is_for(spec_, size_));
+    for (int plane = 0; plane < spec_.planes(); ++plane)
+        for (int y = first_row; y < end_row; ++y) gather_row(light, plane, y, 0, size_.width, to.row(plane, y));
+}
+
+/// Where a row's light is, `row` or that which is kept.
+const float* Sensor::row_of_light(const StandingLight& standing, const Light& light, int plane, int y,
+                                  float* row) const {
+    if (standing.sites == nullptr) {
+        std::fill(row + size_.width, row + SiteLight::stride_for(size_.width), 0.0f);
+        gather_row(light, plane, y, 0, size_.width, row);
+        return row;
+    }
+    const float* lit = standing.sites->row(plane, y);
+    standing.but_in->each_run(y, [&](int x0, int x1) {
+        if (lit != row) std::copy_n(lit, SiteLight::stride_for(size_.width), row);
+        lit = row;
+        gather_row(light, plane, y, x0, x1, row);
+    });
+    return lit;
+}
+
 void Sensor::expose(const Light& light, const Shot& shot, int first_row, int end_row, std::span<std::uint16_t> numbers,
                     bool wide) const {
+    expose(StandingLight{}, light, shot, first_row, end_row, numbers, wide);
+}
+
+void Sensor::expose(const StandingLight& standing, const Light& light, const Shot& shot, int first_row, int end_row,
+                    std::span<std::uint16_t> numbers, bool wide) const {
     CHECK(numbers.size() == count() && 0 <= first_row && first_row <= end_row && end_row <= size_.height);
+    CHECK(standing.sites == nullptr || standing.sites->is_for(spec_, size_));
     thread_local std::array<float, max_row> lit, mean_e;
     thread_local std::array<std::uint16_t, max_row> made;
     for (int plane = 0; plane < spec_.planes(); ++plane) {
         for (int y = first_row; y < end_row; ++y) {
             const RowExposure row = row_of(shot, plane, y);
-            std::fill(lit.begin() + size_.width, lit.begin() + row.padded_width, 0.0f);
-            gather_light(light, plane, y, lit.data());
-            expect_electrons(row, lit.data(), mean_e.data(), wide);
+            expect_electrons(row, row_of_light(standing, light, plane, y, lit.data()), mean_e.data(), wide);
             const auto [hot, end] = std::ranges::equal_range(hot_, std::pair(plane, y), {},
                                                              [](const HotPixel& h) { return std::pair(h.plane, h.y); });
             for (const HotPixel& pixel : std::ranges::subrange(hot, end)) {

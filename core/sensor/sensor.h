@@ -7,9 +7,11 @@
 
 #include "core/base/image_size.h"
 #include "core/base/result.h"
+#include "core/base/tile_set.h"
 #include "core/camera/intrinsics.h"
 #include "core/sensor/expose_row.h"
 #include "core/sensor/sensor_spec.h"
+#include "core/sensor/site_light.h"
 
 namespace camrig::sensor {
 
@@ -17,6 +19,12 @@ namespace camrig::sensor {
 struct Light {
     const float* planes[3] = {};
     std::ptrdiff_t stride = 0;  ///< floats from a row to the next
+};
+
+/// Light that stays, and where in the picture it is another; without them it is another everywhere.
+struct StandingLight {
+    const SiteLight* sites = nullptr;
+    const TileSet* but_in = nullptr;
 };
 
 /// How one picture is taken.
@@ -45,6 +53,11 @@ public:
     /// has_wide_rows(), or false for tests.
     void expose(const Light& light, const Shot& shot, int first_row, int end_row, std::span<std::uint16_t> numbers,
                 bool wide = has_wide_rows()) const;
+    /// The same of light that stands, which is_for this sensor; `light` is looked at where it does not.
+    void expose(const StandingLight& standing, const Light& light, const Shot& shot, int first_row, int end_row,
+                std::span<std::uint16_t> numbers, bool wide = has_wide_rows()) const;
+    /// Rows first_row to end_row of all planes, into one that is_for this sensor.
+    void gather(const Light& light, int first_row, int end_row, SiteLight& to) const;
 
     struct HotPixel {
         int plane = 0, y = 0, x = 0;
@@ -57,7 +70,8 @@ public:
 private:
     Sensor(const SensorSpec& spec, ImageSize size, const camera::Intrinsics& intrinsics);
     RowExposure row_of(const Shot& shot, int plane, int y) const;
-    void gather_light(const Light& light, int plane, int y, float* to) const;
+    void gather_row(const Light& light, int plane, int y, int x0, int x1, float* to) const;
+    const float* row_of_light(const StandingLight& standing, const Light& light, int plane, int y, float* row) const;
 
     SensorSpec spec_;
     ImageSize size_;

@@ -399,10 +399,14 @@ TEST(Exposures, OverALayerThatIsKeptAreThoseWithoutOne) {
                     EXPECT_TRUE(with == without) << what;
                     EXPECT_EQ(none.layers_drawn, 0u);
                     EXPECT_EQ(kept.layers_drawn, 1u);
-                    // What lacks room in the end is given up in the middle of a picture.
-                    const auto [refused, left] = four_pictures(scenery, spec, wishes, kept.layer_bytes - 1);
-                    EXPECT_TRUE(refused == without) << what << ", refused";
-                    EXPECT_EQ(left.layer_bytes, 0) << what;
+                    // Gathered light is kept where there is room; any other part that lacks room in the end is given
+                    // up in the middle of a picture, with all that was kept.
+                    const std::int64_t ungathered = kept.layer_bytes - sensor::SiteLight::bytes_for(spec, size);
+                    for (const std::int64_t room : {kept.layer_bytes - 1, ungathered - 1}) {
+                        const auto [refused, left] = four_pictures(scenery, spec, wishes, room);
+                        EXPECT_TRUE(refused == without) << what << ", refused";
+                        EXPECT_EQ(left.layer_bytes, room < ungathered ? 0 : ungathered) << what;
+                    }
                 }
             }
         }

@@ -41,6 +41,7 @@ void SoftwareDrawer::draw_exposed(ViewWork& work, TimeNs monotonic_ns) {
         begin_taking(work, exposure_scratch_.sum, exposure_scratch_.numbers);
         work.history->picture.next(work.view->sequence, {});
         sum_light(work, spread);
+        if (work.motion->flicker_hz.empty()) keep_sites(work);
         in_bands(work, work.whole, [&](int, const PixelRect& band) { expose_rows(work, band); });
         in_bands(work, work.whole, [&](int, const PixelRect& band) { develop_rows(work, band); });
     }

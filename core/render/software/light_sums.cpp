@@ -4,6 +4,7 @@
 #include "core/render/moments.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/software_drawer.h"
+#include "core/render/software/taken_picture.h"
 #include "core/render/software/view_rows.h"
 
 /// The light of a picture that takes time: the sum of its moments.
@@ -77,6 +78,11 @@ std::vector<PixelRect> with_margin(std::vector<PixelRect> rects, const PixelRect
     return disjoint_cover(std::move(rects), max_moving_rects);
 }
 
+/// Nothing lies over what stands still.
+bool is_layer_alone(const ViewWork& work) {
+    return work.movers.opaque.empty() && work.movers.blended.empty() && work.shadows.empty();
+}
+
 bool is_moving(const ViewMotion& motion, ObjectId id) {
     return std::ranges::binary_search(motion.moving, id);
 }
@@ -114,25 +120,25 @@ void SoftwareDrawer::draw_standing_light(ViewWork& work, bool with_moving, const
     ViewWork& moment = moment_;
     moment.is_moment = false;
     moment.layer = moment.scene.lamps_hz == 0.0 ? work.layer : nullptr;
-    if (moment.layer != nullptr && moment.layer->picture) {
-        find_changed_rects(moment);
-        moment.stale = std::span(&work.whole, 1);
-    } else {
-        moment.rects.assign(1, work.whole);
-    }
     for (auto* const list : {&moment.movers.opaque, &moment.movers.blended})
         std::erase_if(*list, [&](const scene::SeenSurface& seen) {
             return !with_moving && is_moving(*work.motion, seen.placed->object->id);
         });
+    if (moment.layer != nullptr && moment.layer->picture) {
+        find_changed_rects(moment);
+        if (work.motion->flicker_hz.empty() && (with_moving || is_layer_alone(moment)))
+            look_at_light(work, *moment.layer, moment.rects);
+        moment.stale = work.has_sites ? std::span<const PixelRect>(work.new_tiles) : std::span(&work.whole, 1);
+    } else {
+        moment.rects.assign(1, work.whole);
+    }
     draw_moment_light(to);
     if (moment.scene.lamps_hz == 0.0) work.layer = moment.layer;
 }
 
 LightRows SoftwareDrawer::keep_standing_light(const ViewWork& work) {
     const StaticLayer* const layer = moment_.layer;
-    const bool is_layer = layer != nullptr && layer->picture && moment_.movers.opaque.empty() &&
-                          moment_.movers.blended.empty() && moment_.shadows.empty();
-    if (is_layer) return (layer->finished ? layer->finished : layer->picture).canvas().light;
+    if (layer != nullptr && layer->picture && is_layer_alone(moment_)) return layer->shown().canvas().light;
     Canvas kept;
     for (Plane<float>& plane : exposure_scratch_.standing) plane.fit(work.view->spec->size);
     kept.light = light_rows(exposure_scratch_.standing);
@@ -202,6 +208,13 @@ void SoftwareDrawer::add_movers(ViewWork& work, const MovingGroup& group, std::s
         moment_.rects = with_margin(rects, work.whole);
         moment_.layer = lamps == 0 ? work.layer : nullptr;
         draw_moment_light(light_rows(exposure_scratch_.moment));
+        if (work.has_sites) {
+            mark_drawn(work, rects);
+            in_bands(work, work.whole, [&](int, const PixelRect& band) {
+                for (const PixelRect& tile : work.new_tiles)
+                    copy_picture(work.layer->shown().canvas(), work.canvas, common(tile, band));
+            });
+        }
         add_moment(work, rects, standing, weights);
     }
 }

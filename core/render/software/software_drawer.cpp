@@ -340,6 +340,7 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
         if (work.frame != nullptr) work.history->picture.next(view.sequence, {});
     }
     begin_drawing(work, scratch, bands);
+    keep_sites(work);
 }
 
 void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int bands) {
@@ -412,8 +413,9 @@ void SoftwareDrawer::find_changes(ViewWork& work) {
         if (channel.frame != nullptr) channel.stale = stale(*channel.frame, layer.number);
     if (work.frame == nullptr) return;
     if (work.takes_picture()) {
-        // Its light is in memory of all cameras, and no two pictures have the same noise.
-        work.stale = std::span(&work.whole, 1);
+        // Light is in memory of all cameras, and no two pictures have the same noise.
+        look_at_light(work, layer, work.rects);
+        work.stale = work.has_sites ? std::span<const PixelRect>(work.new_tiles) : std::span(&work.whole, 1);
         work.history->picture.next(work.view->sequence, {});
         return;
     }
@@ -541,6 +543,18 @@ void SoftwareDrawer::keep_shadowed(ViewWork& work, ViewScratch& scratch) {
     shadowed.geometry = std::exchange(scratch.geometry, {});
     shadowed.proxies = scratch.proxies;
     charge_for(work, shadowed.bytes() - before);
+}
+
+void SoftwareDrawer::keep_sites(ViewWork& work) {
+    if (!work.takes_picture() || work.has_sites || work.layer == nullptr || !work.layer->picture) return;
+    const sensor::SensorSpec& spec = work.exposure->sensor->spec();
+    sensor::SiteLight& sites = work.layer->sites;
+    const std::int64_t bytes = sensor::SiteLight::bytes_for(spec, work.view->spec->size) - sites.bytes();
+    const std::lock_guard lock(layers_mutex_);
+    if (!layers_.make_room(bytes)) return;
+    layers_.charge(*work.layer, bytes);
+    sites.fit(spec, work.view->spec->size);
+    work.keeps_sites = true;
 }
 
 void SoftwareDrawer::charge_for(ViewWork& work, std::int64_t bytes) {

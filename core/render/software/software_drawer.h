@@ -110,6 +110,8 @@ private:
     void keep_shadowed(ViewWork& work, ViewScratch& scratch);
     /// Of a picture whose layer is new: both.
     void keep_what_was_drawn(ViewWork& work, ViewScratch& scratch);
+    /// Gathered light of the view's layer, for its sensor, if there is room.
+    void keep_sites(ViewWork& work);
     /// What the picture of a backdrop shows, before all that is drawn.
     void add_proxies(ViewWork& work, ViewScratch& scratch);
     /// Says that the view's layer takes so much more; without room it is given up, and the view goes on without.

@@ -126,7 +126,7 @@ void cover_blind(const scene::SceneView& view, const Canvas& canvas, const Pixel
 void put_back(ViewWork& work, const PixelRect& band) {
     const StaticLayer& layer = *work.layer;
     const Canvas opaque = layer.picture.canvas();
-    const Canvas finished = layer.finished ? layer.finished.canvas() : opaque;
+    const Canvas finished = layer.shown().canvas();
     const Canvas held = work.canvas.light ? work.canvas : Canvas{rows_of(*work.frame), {}, {}};
     if (work.has_film()) {
         for (const PixelRect& rect : work.stale)

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/tile_set.h"
 #include "core/render/renderer.h"
 #include "core/render/shown_picture.h"
 #include "core/render/software/area_work.h"
@@ -42,10 +43,12 @@ struct StaticLayer {
     Plane<float> depth;
     /// What is opaque; empty: nobody asked for colour yet. Of a film: alpha is 0 where its pictures show.
     KeptPicture picture;
-    KeptPicture finished;                       ///< empty: nothing is blended, it is `picture`
+    KeptPicture finished;  ///< empty: nothing is blended, it is `picture`
+    const KeptPicture& shown() const { return finished ? finished : picture; }
     bool is_blended = false;                    ///< of a film: something is blended over all that stands still
     StaticAreas areas;                          ///< of pictures of exact areas, with `picture`
     std::unique_ptr<ShadowedStatics> shadowed;  ///< with `picture`, where there are shadows
+    sensor::SiteLight sites;                    ///< of the finished picture, for the sensor that asked last
     /// By kind, as their frames are; empty: nobody asked for it yet.
     std::array<Plane<std::uint32_t>, frame::frame_kind_count> channels;
     std::map<ObjectId, frame::Silhouette> silhouettes;  ///< of static objects whose were asked for
@@ -102,6 +105,10 @@ struct ViewWork {
     Canvas canvas;
     std::optional<sensor::Exposure> exposure;  ///< of a camera with a sensor
     std::span<std::uint16_t> numbers;          ///< of that sensor: of its frame or in scratch memory
+    bool has_sites = false;                    ///< light of what stands still is the layer's, gathered
+    TileSet drawn_tiles;                       ///< then: where the canvas' light is looked at
+    std::vector<PixelRect> new_tiles;          ///< of those, marked last: they hold nothing yet
+    bool keeps_sites = false;                  ///< it is gathered with this picture
     bool is_in_frame = false;                  ///< the canvas' colour is the frame's; false: it is copied there
     bool is_in_parts = false;
     bool has_areas = false;             ///< Antialias::coverage

@@ -76,6 +76,33 @@ TEST(SameNumbers, CompiledOtherwise) {
     }
 }
 
+TEST(SameNumbers, OfLightThatStandsButInSomeTiles) {
+    const GivenLight standing = ramp(), other(size, 0.02f, 0.3f, 7.0f);
+    TileSet tiles;
+    tiles.clear(size);
+    std::vector<PixelRect> parts;
+    for (const PixelRect& rect : {PixelRect{0, 0, 5, 9}, {99, 20, 240, 21}, {200, 9, 200, 60}, {320, 30, 333, 65}})
+        tiles.mark(rect, parts);
+    GivenLight seen = standing;
+    for (const PixelRect& part : parts)
+        for (int y = part.y0; y < part.y1; ++y)
+            for (int x = part.x0; x < part.x1; ++x)
+                for (std::size_t c = 0; c < 3; ++c) {
+                    const auto i = static_cast<std::size_t>(y * size.width + x);
+                    seen.values[c][i] = other.values[c][i];
+                }
+    for (const auto& preset : names_of(std::type_identity<SensorPreset>{})) {
+        const Sensor sensor = sensor_of(sensor_preset(preset.value), size);
+        SiteLight sites;
+        sites.fit(sensor.spec(), size);
+        sensor.gather(standing.light(), 0, 33, sites);
+        sensor.gather(standing.light(), 33, size.height, sites);
+        Numbers made(sensor.count());
+        sensor.expose({&sites, &tiles}, other.light(), {.frame = 4}, 0, size.height, made);
+        EXPECT_EQ(made, taken(sensor, seen.light(), {.frame = 4})) << preset.name;
+    }
+}
+
 TEST(SameNumbers, DifferWithSeedAndFrame) {
     const GivenLight light(size, 0.3f);
     SensorSpec spec = sensor_preset(SensorPreset::imx477);
