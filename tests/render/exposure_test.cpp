@@ -376,8 +376,9 @@ TEST(Exposures, OverALayerThatIsKeptAreThoseWithoutOne) {
         return instance_of(model_of(rectangle({3.5f, 0.0f, 0.0f}, {0.0f, -0.3f, 0.0f}, {0.0f, 0.0f, 0.4f}), glass),
                            glm::dvec3(0.0, y, 0.0), 91);
     };
-    Scenery scenery{.begin = gallery(), .end = {bar(90, -0.3), pane(0.5), bar(92, 0.8)}};
-    scenery.begin.movers = {bar(90, 0.3), pane(-0.2), bar(92, 0.8)};
+    // The first crosses tiles of the picture while it is taken.
+    Scenery scenery{.begin = gallery(), .end = {bar(90, -1.6), pane(0.5), bar(92, 0.8)}};
+    scenery.begin.movers = {bar(90, 1.6), pane(-0.2), bar(92, 0.8)};
     const camera::Lens barrel =
         make_lens(camera::LensModel::plumb_bob, std::vector{-0.25, 0.05, 0.001, -0.001, 0.0}).value();
     sensor::SensorSpec still = sensor::sensor_preset(sensor::SensorPreset::imx219);

@@ -126,8 +126,7 @@ void SoftwareDrawer::draw_standing_light(ViewWork& work, bool with_moving, const
         });
     if (moment.layer != nullptr && moment.layer->picture) {
         find_changed_rects(moment);
-        if (work.motion->flicker_hz.empty() && (with_moving || is_layer_alone(moment)))
-            look_at_light(work, *moment.layer, moment.rects);
+        if (work.motion->flicker_hz.empty()) look_at_light(work, *moment.layer, moment.rects);
         moment.stale = work.has_sites ? std::span<const PixelRect>(work.new_tiles) : std::span(&work.whole, 1);
     } else {
         moment.rects.assign(1, work.whole);
@@ -136,14 +135,21 @@ void SoftwareDrawer::draw_standing_light(ViewWork& work, bool with_moving, const
     if (moment.scene.lamps_hz == 0.0) work.layer = moment.layer;
 }
 
-LightRows SoftwareDrawer::keep_standing_light(const ViewWork& work) {
+void SoftwareDrawer::copy_in_bands(ViewWork& work, const LightRows& from, std::span<const PixelRect> rects,
+                                   const LightRows& to) {
+    in_bands(work, work.whole, [&](int, const PixelRect& band) {
+        for (const PixelRect& rect : rects) copy_picture({{}, {}, from}, {{}, {}, to}, common(rect, band));
+    });
+}
+
+LightRows SoftwareDrawer::keep_standing_light(ViewWork& work) {
     const StaticLayer* const layer = moment_.layer;
     if (layer != nullptr && layer->picture && is_layer_alone(moment_)) return layer->shown().canvas().light;
-    Canvas kept;
     for (Plane<float>& plane : exposure_scratch_.standing) plane.fit(work.view->spec->size);
-    kept.light = light_rows(exposure_scratch_.standing);
-    in_bands(moment_, work.whole, [&](int, const PixelRect& band) { copy_picture(moment_.canvas, kept, band); });
-    return kept.light;
+    const LightRows kept = light_rows(exposure_scratch_.standing);
+    const auto drawn = work.has_sites ? std::span<const PixelRect>(work.new_tiles) : std::span(&work.whole, 1);
+    copy_in_bands(work, moment_.canvas.light, drawn, kept);
+    return kept;
 }
 
 std::vector<PixelRect> SoftwareDrawer::moving_rects(const ViewWork& work, int first_row, int end_row) const {
@@ -210,10 +216,9 @@ void SoftwareDrawer::add_movers(ViewWork& work, const MovingGroup& group, std::s
         draw_moment_light(light_rows(exposure_scratch_.moment));
         if (work.has_sites) {
             mark_drawn(work, rects);
-            in_bands(work, work.whole, [&](int, const PixelRect& band) {
-                for (const PixelRect& tile : work.new_tiles)
-                    copy_picture(work.layer->shown().canvas(), work.canvas, common(tile, band));
-            });
+            const LightRows layer = work.layer->shown().canvas().light;
+            copy_in_bands(work, layer, work.new_tiles, work.canvas.light);
+            if (standing.red.data != layer.red.data) copy_in_bands(work, layer, work.new_tiles, standing);
         }
         add_moment(work, rects, standing, weights);
     }

@@ -142,7 +142,7 @@ private:
     /// parts over the view's layer, which is made if there is none yet.
     void draw_standing_light(ViewWork& work, bool with_moving, const LightRows& to);
     /// What draw_standing_light() drew, until the next time; the moments' sum may go where it was drawn.
-    LightRows keep_standing_light(const ViewWork& work);
+    LightRows keep_standing_light(ViewWork& work);
     /// Adds to the view's light, of lamps as RowShares has them: what a standing camera sees, of that what moves, and
     /// what any other camera sees.
     void add_standing(ViewWork& work, std::span<const MovingGroup> groups, std::size_t lamps);
@@ -152,6 +152,7 @@ private:
     void add_moment(ViewWork& work, std::span<const PixelRect> rects, const LightRows& minus,
                     std::span<const float> weights);
     void draw_moment_rows_of_channels(const PixelRect& rows);
+    void copy_in_bands(ViewWork& work, const LightRows& from, std::span<const PixelRect> rects, const LightRows& to);
     std::vector<PixelRect> moving_rects(const ViewWork& work, int first_row, int end_row) const;
     /// In bands of these rows, numbered, by all threads.
     void in_bands(ViewWork& work, const PixelRect& rows, const std::function<void(int, const PixelRect&)>& draw);
