@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/base/black_body.h"
 #include "core/base/result.h"
@@ -11,16 +12,12 @@
 namespace camrig::sensor {
 namespace {
 
-/// A row of light, 1 is white, with one place before it and one behind it.
+/// A row of light, 1 is white, with one place before it and, behind it, what is left of a vector.
 struct PaddedRow {
-    std::array<float, max_row + 2> values;
+    std::array<float, max_row + 16> values;
     float* data() { return values.data() + 1; }
     const float* data() const { return values.data() + 1; }
 };
-struct ColorRows {
-    std::array<float, max_row> red, green, blue;
-};
-
 CAMRIG_ROW_LOOP void light_of(const std::uint16_t* __restrict numbers, int width, float black, float scale,
                               float* __restrict light) {
     for (int x = 0; x < width; ++x) light[x] = (static_cast<float>(numbers[x]) - black) * scale;
@@ -31,21 +28,6 @@ void pad(PaddedRow& row, int width) {
     float* const light = row.data();
     light[-1] = light[width > 1 ? 1 : 0];
     light[width] = light[width > 1 ? width - 2 : 0];
-}
-
-/// The photosites that have the row's own colour (red or blue), and the green ones between them. own: 0 or 1, where the
-/// first of them is.
-CAMRIG_ROW_LOOP void interpolate(const float* __restrict above, const float* __restrict row,
-                                 const float* __restrict below, int width, int own, float* __restrict own_color,
-                                 float* __restrict green, float* __restrict other_color) {
-    for (int x = 0; x < width; ++x) {
-        const float beside = (row[x - 1] + row[x + 1]) * 0.5f, over = (above[x] + below[x]) * 0.5f;
-        const float diagonal = (above[x - 1] + above[x + 1] + below[x - 1] + below[x + 1]) * 0.25f;
-        const bool is_own = (x & 1) == own;
-        own_color[x] = is_own ? row[x] : beside;
-        green[x] = is_own ? (beside + over) * 0.5f : row[x];
-        other_color[x] = is_own ? diagonal : over;
-    }
 }
 
 /// Of the sRGB curve, from 0 to 255: x^(1/2.4) fitted by two square roots.
@@ -59,71 +41,120 @@ CAMRIG_ROW_LOOP typename Loops::Ints srgb_codes(typename Loops::Floats linear) {
     return Loops::truncated((c <= 0.0031308f ? 12.92f * c : high) * 255.0f + 0.5f);
 }
 
-/// Pixels from planes of light, all three the same for grey.
 template <typename Loops>
-CAMRIG_ROW_LOOP void tone(const std::array<const float*, 3>& light, int width, const float (&gains)[3],
-                          std::uint32_t* __restrict to) {
-    using Ints = typename Loops::Ints;
-    constexpr int lanes = Loops::lanes;
-    const bool is_grey = light[0] == light[2];
-    for (int x = 0; x < width; x += lanes) {
-        Ints pixels = srgb_codes<Loops>(Loops::load(light[0] + x) * gains[0]);
-        if (is_grey) {
-            pixels *= 0x010101;
-        } else {
-            pixels |= srgb_codes<Loops>(Loops::load(light[1] + x) * gains[1]) << 8 |
-                      srgb_codes<Loops>(Loops::load(light[2] + x) * gains[2]) << 16;
-        }
-        pixels |= static_cast<std::int32_t>(0xff000000U);
-        if (x + lanes <= width) {
-            std::memcpy(to + x, &pixels, sizeof pixels);
-        } else {
-            for (int i = 0; x + i < width; ++i) to[x + i] = static_cast<std::uint32_t>(pixels[i]);
-        }
+CAMRIG_ROW_LOOP void store(typename Loops::Ints pixels, int x, int width, std::uint32_t* __restrict to) {
+    pixels |= static_cast<std::int32_t>(0xff000000U);
+    if (x + Loops::lanes <= width) {
+        std::memcpy(to + x, &pixels, sizeof pixels);
+    } else {
+        for (int i = 0; x + i < width; ++i) to[x + i] = static_cast<std::uint32_t>(pixels[i]);
     }
 }
+
+template <typename Loops>
+CAMRIG_ROW_LOOP void tone_grey(const float* __restrict light, int width, std::uint32_t* __restrict to) {
+    for (int x = 0; x < width; x += Loops::lanes)
+        store<Loops>(srgb_codes<Loops>(Loops::load(light + x)) * 0x010101, x, width, to);
+}
+
+using Gains = float[3];
+
+template <typename Loops>
+CAMRIG_ROW_LOOP void tone_colors(const std::array<const float*, 3>& light, int width, const Gains& gains,
+                                 std::uint32_t* __restrict to) {
+    for (int x = 0; x < width; x += Loops::lanes) {
+        typename Loops::Ints pixels{};
+        for (int c = 0; c < 3; ++c)
+            pixels |= srgb_codes<Loops>(Loops::load(light[static_cast<std::size_t>(c)] + x) * gains[c]) << (8 * c);
+        store<Loops>(pixels, x, width, to);
+    }
+}
+
+/// A row of a mosaic, whose photosites have its own colour (red or blue) and green in turns: bilinear interpolation.
+/// own: 0 or 1, where the first of its own is.
+template <typename Loops>
+CAMRIG_ROW_LOOP void tone_mosaic(const float* __restrict above, const float* __restrict row,
+                                 const float* __restrict below, int width, int own, bool has_red, const Gains& gains,
+                                 std::uint32_t* __restrict to) {
+    using Floats = typename Loops::Floats;
+    const float own_gain = gains[has_red ? 0 : 2], other_gain = gains[has_red ? 2 : 0];
+    const int own_shift = has_red ? 0 : 16, other_shift = 16 - own_shift;
+    const auto is_own = (Loops::lane_numbers() & 1) == own;
+    for (int x = 0; x < width; x += Loops::lanes) {
+        const Floats here = Loops::load(row + x);
+        const Floats beside = (Loops::load(row + x - 1) + Loops::load(row + x + 1)) * 0.5f;
+        const Floats over = (Loops::load(above + x) + Loops::load(below + x)) * 0.5f;
+        const Floats diagonal = (Loops::load(above + x - 1) + Loops::load(above + x + 1) + Loops::load(below + x - 1) +
+                                 Loops::load(below + x + 1)) *
+                                0.25f;
+        const Floats own_color = is_own ? here : beside, green = is_own ? (beside + over) * 0.5f : here,
+                     other_color = is_own ? diagonal : over;
+        store<Loops>(srgb_codes<Loops>(own_color * own_gain) << own_shift | srgb_codes<Loops>(green * gains[1]) << 8 |
+                         srgb_codes<Loops>(other_color * other_gain) << other_shift,
+                     x, width, to);
+    }
+}
+
+/// Light of the rows of numbers, of which three are looked at for each row of a mosaic's picture.
+struct LightOfNumbers {
+    const std::uint16_t* numbers;
+    ImageSize size;
+    float black, scale;
+    std::array<PaddedRow, 3> rows;
+    std::array<int, 3> held;  ///< which row each of them is; -1: none yet
+
+    void begin(const SensorSpec& spec, ImageSize of_size, const std::uint16_t* of_numbers) {
+        numbers = of_numbers;
+        size = of_size;
+        black = static_cast<float>(spec.black());
+        scale = static_cast<float>(1.0 / (spec.max_number() - spec.black()));
+        held.fill(-1);
+    }
+    CAMRIG_ROW_LOOP const float* row(int y) {
+        const auto i = static_cast<std::size_t>(y % 3);
+        if (std::exchange(held[i], y) != y) read(0, y, rows[i]);
+        return rows[i].data();
+    }
+    CAMRIG_ROW_LOOP const float* row_of_plane(int plane, int y) {
+        PaddedRow& into = rows[static_cast<std::size_t>(plane)];
+        read(plane, y, into);
+        return into.data();
+    }
+
+private:
+    CAMRIG_ROW_LOOP void read(int plane, int y, PaddedRow& into) const {
+        light_of(numbers + (std::ptrdiff_t{plane} * size.height + y) * size.width, size.width, black, scale,
+                 into.data());
+        pad(into, size.width);
+    }
+};
 
 /// Row y of the picture.
 template <typename Loops>
-CAMRIG_ROW_LOOP void develop_row(const SensorSpec& spec, ImageSize size, const std::uint16_t* numbers, int y,
-                                 const float (&gains)[3], std::uint32_t* to) {
-    thread_local PaddedRow rows[3];
-    thread_local ColorRows colors;
-    const auto black = static_cast<float>(spec.black());
-    const auto scale = static_cast<float>(1.0 / (spec.max_number() - spec.black()));
-    const auto read = [&](int plane, int row, PaddedRow& into) __attribute__((always_inline)) {
-        light_of(numbers + (std::ptrdiff_t{plane} * size.height + row) * size.width, size.width, black, scale,
-                 into.data());
-    };
+CAMRIG_ROW_LOOP void develop_row(const SensorSpec& spec, LightOfNumbers& light, int y, const Gains& gains,
+                                 std::uint32_t* to) {
+    const int width = light.size.width, height = light.size.height;
     if (spec.is_bayer()) {
-        const int edge = size.height > 1 ? 1 : 0;
-        const int above = y > 0 ? y - 1 : edge, below = y + 1 < size.height ? y + 1 : y - edge;
-        read(0, above, rows[0]);
-        read(0, y, rows[1]);
-        read(0, below, rows[2]);
-        for (PaddedRow& row : rows) pad(row, size.width);
+        const int edge = height > 1 ? 1 : 0;
+        const int above = y > 0 ? y - 1 : edge, below = y + 1 < height ? y + 1 : y - edge;
         const RedPlace red = red_place(spec.filter);
         const bool has_red = ((y ^ red.y) & 1) == 0;
         const int own = has_red ? red.x : 1 - red.x;
-        interpolate(rows[0].data(), rows[1].data(), rows[2].data(), size.width, own,
-                    has_red ? colors.red.data() : colors.blue.data(), colors.green.data(),
-                    has_red ? colors.blue.data() : colors.red.data());
-        tone<Loops>({colors.red.data(), colors.green.data(), colors.blue.data()}, size.width, gains, to);
+        tone_mosaic<Loops>(light.row(above), light.row(y), light.row(below), width, own, has_red, gains, to);
+    } else if (spec.planes() == 1) {
+        tone_grey<Loops>(light.row_of_plane(0, y), width, to);
     } else {
-        const int planes = spec.planes();
-        for (int plane = 0; plane < planes; ++plane) read(plane, y, rows[plane]);
-        tone<Loops>({rows[0].data(), rows[planes == 3 ? 1 : 0].data(), rows[planes == 3 ? 2 : 0].data()}, size.width,
-                    gains, to);
+        tone_colors<Loops>({light.row_of_plane(0, y), light.row_of_plane(1, y), light.row_of_plane(2, y)}, width, gains,
+                           to);
     }
 }
 
-CAMRIG_WIDE_ROWS void develop_wide(const SensorSpec& spec, ImageSize size, const std::uint16_t* numbers, int y,
-                                   const float (&gains)[3], std::uint32_t* to) {
-    develop_row<RowLoops<EightLanes>>(spec, size, numbers, y, gains, to);
+CAMRIG_WIDE_ROWS void develop_wide(const SensorSpec& spec, LightOfNumbers& light, int y, const Gains& gains,
+                                   std::uint32_t* to) {
+    develop_row<RowLoops<EightLanes>>(spec, light, y, gains, to);
 }
-void develop_plain(const SensorSpec& spec, ImageSize size, const std::uint16_t* numbers, int y, const float (&gains)[3],
-                   std::uint32_t* to) {
-    develop_row<RowLoops<FourLanes>>(spec, size, numbers, y, gains, to);
+void develop_plain(const SensorSpec& spec, LightOfNumbers& light, int y, const Gains& gains, std::uint32_t* to) {
+    develop_row<RowLoops<FourLanes>>(spec, light, y, gains, to);
 }
 
 }  // namespace
@@ -145,14 +176,16 @@ void develop(const SensorSpec& spec, ImageSize size, std::span<const std::uint16
              const WhiteBalance& balance, int first_row, int end_row, const Rgba8Rows& to, bool wide) {
     CHECK(numbers.size() == static_cast<std::size_t>(size.pixels() * spec.planes()) && size.width <= max_row);
     CHECK(0 <= first_row && first_row <= end_row && end_row <= size.height);
-    float gains[3];
+    Gains gains;
     for (std::size_t c = 0; c < 3; ++c) gains[c] = static_cast<float>(balance.gains[c]);
+    thread_local LightOfNumbers light;
+    light.begin(spec, size, numbers.data());
     for (int y = first_row; y < end_row; ++y) {
         std::uint32_t* const row = to.pixels + y * to.stride;
         if (wide) {
-            develop_wide(spec, size, numbers.data(), y, gains, row);
+            develop_wide(spec, light, y, gains, row);
         } else {
-            develop_plain(spec, size, numbers.data(), y, gains, row);
+            develop_plain(spec, light, y, gains, row);
         }
     }
 }

@@ -55,25 +55,27 @@ FrameStatistics measure(const SensorSpec& spec, ImageSize size, std::span<const 
     Zones sums{};
     Histogram histogram{std::vector<std::uint32_t>(static_cast<std::size_t>(spec.max_number()) + 1)};
     const int step = 2 * step_of(size);
+    std::vector<int> zone_of_column;
+    for (int x = 0; x < size.width; ++x) zone_of_column.push_back(x * FrameStatistics::columns / size.width);
     for (int plane = 0; plane < spec.planes(); ++plane) {
         for (int y = 0; y < size.height; y += (y & 1) != 0 ? step - 1 : 1) {
             const std::uint16_t* const row = numbers.data() + (std::ptrdiff_t{plane} * size.height + y) * size.width;
-            const int zone_row = y * FrameStatistics::rows / size.height * FrameStatistics::columns;
-            for (int x = 0; x < size.width; x += (x & 1) != 0 ? step - 1 : 1) {
+            auto* const zones =
+                &sums[static_cast<std::size_t>(y * FrameStatistics::rows / size.height * FrameStatistics::columns)];
+            for (int first = 0; first < std::min(2, size.width); ++first) {
                 const int color = spec.filter == ColorFilter::mono  ? green
                                   : spec.filter == ColorFilter::rgb ? plane
-                                                                    : color_at(spec.filter, x, y);
-                const int zone = zone_row + x * FrameStatistics::columns / size.width;
-                Sum& sum = sums[static_cast<std::size_t>(zone)][static_cast<std::size_t>(color)];
-                sum.numbers += row[x];
-                ++sum.count;
-                if (color == green) {
-                    ++histogram.counts[row[x]];
-                    ++histogram.total;
+                                                                    : color_at(spec.filter, first, y);
+                for (int x = first; x < size.width; x += step) {
+                    Sum& sum = zones[zone_of_column[static_cast<std::size_t>(x)]][static_cast<std::size_t>(color)];
+                    sum.numbers += row[x];
+                    ++sum.count;
+                    if (color == green) ++histogram.counts[row[x]];
                 }
             }
         }
     }
+    for (const std::uint32_t count : histogram.counts) histogram.total += count;
     const double range = spec.max_number() - spec.black();
     const auto light_of = [&](double number) { return std::max((number - spec.black()) / range, 0.0); };
     FrameStatistics made;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -48,8 +49,15 @@ struct RowLoops {
         std::memcpy(&values, from, sizeof values);
         return values;
     }
-    CAMRIG_ROW_LOOP static Floats at_least(Floats value, float low) { return value > low ? value : Floats{} + low; }
-    CAMRIG_ROW_LOOP static Floats at_most(Floats value, float high) { return value < high ? value : Floats{} + high; }
+    /// Bounds are not negative. Their bits as whole numbers are in the same order, and compared in one instruction.
+    CAMRIG_ROW_LOOP static Floats at_least(Floats value, float low) {
+        const auto bits = reinterpret_cast<Ints>(value), bound = Ints{} + std::bit_cast<std::int32_t>(low);
+        return reinterpret_cast<Floats>(bits > bound ? bits : bound);
+    }
+    CAMRIG_ROW_LOOP static Floats at_most(Floats value, float high) {
+        const auto bits = reinterpret_cast<Ints>(value), bound = Ints{} + std::bit_cast<std::int32_t>(high);
+        return reinterpret_cast<Floats>(bits < bound ? bits : bound);
+    }
     CAMRIG_ROW_LOOP static Floats root_of(Floats value) {
         for (int i = 0; i < lanes; ++i) value[i] = std::sqrt(value[i]);
         return value;
