@@ -92,10 +92,9 @@ Result<void> check_backdrop(const CameraSpec& spec) {
         return refuse("zoom: a camera with a backdrop has the zoom that its picture was taken with");
     if (spec.lens_sampling != LensSampling{})
         return refuse("lens.method: people are drawn into a backdrop through the lens itself (method auto)");
-    const bool is_pinhole = spec.lens.model == camera::LensModel::pinhole;
     if (spec.antialias != Antialias::automatic && spec.antialias != Antialias::none &&
-        !(spec.antialias == Antialias::coverage && is_pinhole))
-        return refuse("antialias: with a backdrop it is auto, none or, without a lens, coverage");
+        spec.antialias != Antialias::coverage)
+        return refuse("antialias: with a backdrop it is auto, none or coverage");
     if (spec.antialias == Antialias::coverage && is_soft_or_noisy(*spec.backdrop))
         return refuse("antialias: coverage has edges of its own; leave out backdrop.edge_px and backdrop.noise, or it");
     return {};
@@ -132,10 +131,8 @@ void assign_if(const std::optional<From>& from, To& to) {
 
 Antialias antialias_of(const CameraSpec& spec, Quality quality) {
     if (spec.antialias != Antialias::automatic) return spec.antialias;
-    // Of pictures through a lens coverage is not drawn by what draws backdrops; what a film shows changes, so that
-    // nothing of areas could be kept.
-    if (spec.backdrop && (spec.lens.model != camera::LensModel::pinhole || spec.backdrop->kind == BackdropKind::film ||
-                          is_soft_or_noisy(*spec.backdrop)))
+    // What a film shows changes, so that nothing of areas could be kept.
+    if (spec.backdrop && (spec.backdrop->kind == BackdropKind::film || is_soft_or_noisy(*spec.backdrop)))
         return Antialias::none;
     // Above 4 megapixels pixels are small enough for what several samples of each (lenses, GPUs) would take of memory.
     constexpr std::int64_t most_pixels = std::int64_t{1} << 22;

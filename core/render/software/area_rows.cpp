@@ -221,33 +221,59 @@ void draw_static_pixels(const RowsOfView& of) {
         });
     }
     describe_visible(of.scratch, of.rect, of.work);
+    const bool is_apart = keeps_shadows_apart(of.work);
+    const Rows<std::uint32_t> kept = is_apart ? of.work.layer->shadowed->numbers.rows() : Rows<std::uint32_t>{};
+    if (is_apart) copy(numbers, kept, of.rect);
     mixed.leave_out(numbers);
     catch_shadows(of.scratch.geometry, of.scratch.proxies, false, of.rect, of.work.canvas, numbers);
-    const bool is_apart = keeps_shadows_apart(of.work);
-    if (is_apart) copy(numbers, of.work.layer->shadowed->numbers.rows(), of.rect);
+    // What is mixed is shaded part by part, but shadows on the picture of a backdrop are those at the middle.
+    for (int y = of.rect.y0; is_apart && y < of.rect.y1; ++y)
+        for (int x = of.rect.x0; x < of.rect.x1; ++x)
+            if (kept(y)[x] > of.scratch.proxies) kept(y)[x] = numbers(y)[x];
     shade_visible(of.scratch.geometry, of.rect, of.work.canvas, of.scratch.numbers, !is_apart);
     mixed.mix(of.band.places, of.work.canvas);
 }
 
-/// The fragments of a layer's pixels that movers may shade, in the rectangles; the others are as if nothing moved.
-void find_shadowed_fragments(const RowsOfView& of, const ViewGeometry& geometry, StaticPixels& statics) {
+/// Calls visit(x, y, first, end) for the layer's marked pixels in the rectangles, and their fragments.
+template <typename Visit>
+void each_static_pixel(const RowsOfView& of, const StaticPixels& statics, const Visit& visit) {
+    for (const PixelRect& rect : of.work.rects) {
+        const PixelRect part = common(rect, of.rect);
+        for (int y = part.y0; y < part.y1; ++y)
+            statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
+                if (x >= part.x0 && x < part.x1) visit(x, y, statics.first[pixel], statics.first[pixel + 1]);
+            });
+    }
+}
+
+/// A fragment that shows the picture of a backdrop.
+bool is_of_picture(const RowsOfView& of, const StaticPixels& statics, std::uint32_t fragment) {
+    return of.work.backdrop != nullptr && statics.place_of_fragment[fragment] == no_place;
+}
+
+/// The layer's fragments in the rectangles, as if nothing moved; of pixels that show something of the picture of a
+/// backdrop, the canvas has its colour, for shadows to darken.
+void take_out_shadows(const RowsOfView& of, StaticPixels& statics) {
+    each_static_pixel(of, statics, [&](int x, int y, std::uint32_t first, std::uint32_t end) {
+        for (std::uint32_t i = first; i < end; ++i) {
+            statics.fragments[i].color = statics.lit_colors[i];
+            if (is_of_picture(of, statics, i)) of.work.canvas.color(y)[x] = pixel_of(statics.lit_colors[i]);
+        }
+    });
+}
+
+/// The fragments in the rectangles that movers may shade.
+void find_shadowed_fragments(const RowsOfView& of, const ViewGeometry& geometry, const StaticPixels& statics) {
     AreaBand& band = of.band;
     band.places.clear();
     band.fragment_of_place.clear();
-    for (const PixelRect& rect : of.work.rects) {
-        const PixelRect part = common(rect, of.rect);
-        for (int y = part.y0; y < part.y1; ++y) {
-            statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
-                if (x < part.x0 || x >= part.x1) return;
-                for (std::uint32_t i = statics.first[pixel]; i < statics.first[pixel + 1]; ++i) {
-                    statics.fragments[i].color = statics.lit_colors[i];
-                    if (statics.place_of_fragment[i] == no_place) continue;
-                    band.places.add(statics.places[statics.place_of_fragment[i]]);
-                    band.fragment_of_place.push_back(i);
-                }
-            });
+    each_static_pixel(of, statics, [&](int, int, std::uint32_t first, std::uint32_t end) {
+        for (std::uint32_t i = first; i < end; ++i) {
+            if (statics.place_of_fragment[i] == no_place) continue;
+            band.places.add(statics.places[statics.place_of_fragment[i]]);
+            band.fragment_of_place.push_back(i);
         }
-    }
+    });
     band.is_shadowed.resize(band.places.places.size());
     find_shadowed(geometry, band.places.places, band.is_shadowed);
     std::size_t left = 0;
@@ -267,35 +293,32 @@ void draw_shadows_of_movers(const RowsOfView& of) {
     AreaBand& band = of.band;
     // Its geometry and pixels become the layer's with the last band of the first picture.
     const ViewGeometry& geometry = of.work.is_in_parts ? layer.shadowed->geometry : of.scratch.geometry;
+    const std::uint32_t proxies = of.work.is_in_parts ? layer.shadowed->proxies : of.scratch.proxies;
     StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : band.statics;
+    take_out_shadows(of, statics);
     for (const PixelRect& rect : of.work.rects) {
         const PixelRect part = common(rect, of.rect);
         find_shadowed(geometry, part, layer.depth.rows(), layer.shadowed->numbers.rows(), of.scratch.numbers.rows());
+        catch_shadows(geometry, proxies, true, part, of.work.canvas, of.scratch.numbers.rows());
         shade_visible(geometry, part, of.work.canvas, of.scratch.numbers);
     }
     find_shadowed_fragments(of, geometry, statics);
     shade_places(geometry, {.is_light = is_light(of)}, band.places);
-    MixedPixels& mixed = band.mixed;
-    mixed.clear(background_of(of.work));
     for (std::size_t i = 0; i < band.fragment_of_place.size(); ++i)
         statics.fragments[band.fragment_of_place[i]].color = band.places.colors[i];
-    auto next = band.fragment_of_place.begin();
-    for (const PixelRect& rect : of.work.rects) {
-        const PixelRect part = common(rect, of.rect);
-        for (int y = part.y0; y < part.y1; ++y) {
-            statics.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
-                if (x < part.x0 || x >= part.x1 || next == band.fragment_of_place.end()) return;
-                const auto is_of_pixel = [&](std::uint32_t fragment) {
-                    return fragment >= statics.first[pixel] && fragment < statics.first[pixel + 1];
-                };
-                if (!is_of_pixel(*next)) return;
-                // Those of the next rectangle may come before these.
-                next = std::find_if_not(next, band.fragment_of_place.end(), is_of_pixel);
-                mixed.begin(x, y);
-                add_statics(statics.at(x, y), mixed);
-            });
+    MixedPixels& mixed = band.mixed;
+    mixed.clear(background_of(of.work));
+    each_static_pixel(of, statics, [&](int x, int y, std::uint32_t first, std::uint32_t end) {
+        bool is_other = false;
+        for (std::uint32_t i = first; i < end; ++i) {
+            const bool is_picture = is_of_picture(of, statics, i);
+            if (is_picture) statics.fragments[i].color = linear_of(of.work.canvas.color(y)[x]);
+            is_other |= is_picture || statics.fragments[i].color != statics.lit_colors[i];
         }
-    }
+        if (!is_other) return;
+        mixed.begin(x, y);
+        add_statics(std::span(statics.fragments).subspan(first, end - first), mixed);
+    });
     mixed.mix(band.places, of.work.canvas);
 }
 
@@ -525,8 +548,7 @@ void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, 
             draw_background(work, rect);
             const TriangleRange& range = scratch.statics;
             find_visible(scratch.geometry, range.first, range.count, rect, work.canvas, scratch.numbers);
-            // Without a layer, that is.
-            if (!work.shadows.empty())
+            if (!work.shadows.empty() && work.layer == nullptr)
                 darken_proxies(scratch.geometry, scratch.proxies, rect, work.canvas, scratch.numbers.rows());
             scratch.areas.edges.clear(rect);
             return mark_outlines(scratch.geometry, range.first, range.count, rect, work.canvas.depth,

@@ -12,6 +12,11 @@ glm::vec3 linear_of(std::uint32_t pixel) {
     return {linear[pixel & 0xFF], linear[pixel >> 8 & 0xFF], linear[pixel >> 16 & 0xFF]};
 }
 
+std::uint32_t pixel_of(const glm::vec3& linear) {
+    return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
+           0xFFu << 24;
+}
+
 glm::vec3 shown_by(const Canvas& canvas, int x, int y) {
     const LightRows& light = canvas.light;
     if (light) return {light.red(y)[x], light.green(y)[x], light.blue(y)[x]};

@@ -16,6 +16,8 @@ constexpr float share_of(int samples) {
 }
 /// Linear light of a pixel as a picture has it.
 glm::vec3 linear_of(std::uint32_t pixel);
+/// Opaque; of a pixel's own light it is that pixel.
+std::uint32_t pixel_of(const glm::vec3& linear);
 glm::vec3 shown_by(const Canvas& canvas, int x, int y);
 
 /// Pixels to mix, and of what. One after the other: begin(), what is in it, end().

@@ -368,8 +368,6 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
         shadows_instant_ = instant_;
         if (shadows_.empty()) continue;
         work->shadows = shadows_.in_view(work->scene.transform);
-        // Where shadows of movers fall is not known of areas of the picture of a backdrop.
-        if (work->backdrop != nullptr && has_areas(*work->view)) work->layer = nullptr;
     }
     if (cost_ns == 0) return;
     const auto is_beautiful = [](const ViewWork* work) { return work->scene.quality == world::Quality::beautiful; };

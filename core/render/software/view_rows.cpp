@@ -4,17 +4,13 @@
 #include "core/render/software/catchers.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/matched_actors.h"
+#include "core/render/software/mixed_pixels.h"
 #include "core/render/software/panorama_rows.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/taken_picture.h"
 
 namespace camrig::render::software {
 namespace {
-
-std::uint32_t pixel_of(const glm::vec3& linear) {
-    return srgb_code(linear.r) | std::uint32_t{srgb_code(linear.g)} << 8 | std::uint32_t{srgb_code(linear.b)} << 16 |
-           0xFFu << 24;
-}
 
 const std::uint8_t* row_of(const world::Image& picture, int y) {
     return picture.rgba.data() +
