@@ -1,6 +1,7 @@
 #include "core/render/software/area_rows.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "core/render/software/catchers.h"
 #include "core/render/software/channels.h"
@@ -251,13 +252,24 @@ bool is_of_picture(const RowsOfView& of, const StaticPixels& statics, std::uint3
     return of.work.backdrop != nullptr && statics.place_of_fragment[fragment] == no_place;
 }
 
+/// What the picture of a backdrop has at a pixel, of which a fragment knows the light.
+std::uint32_t pixel_of_picture(const RowsOfView& of, const glm::vec3& light, int x, int y) {
+    if (of.work.backdrop->panorama != nullptr) return pixel_of(light);
+    const world::Image& picture = *of.work.picture;
+    std::uint32_t pixel = 0;
+    std::memcpy(&pixel, picture.rgba.data() + std::size_t{4} * static_cast<std::size_t>(y * picture.size.width + x),
+                sizeof pixel);
+    return pixel;
+}
+
 /// The layer's fragments in the rectangles, as if nothing moved; of pixels that show something of the picture of a
 /// backdrop, the canvas has its colour, for shadows to darken.
 void take_out_shadows(const RowsOfView& of, StaticPixels& statics) {
     each_static_pixel(of, statics, [&](int x, int y, std::uint32_t first, std::uint32_t end) {
         for (std::uint32_t i = first; i < end; ++i) {
             statics.fragments[i].color = statics.lit_colors[i];
-            if (is_of_picture(of, statics, i)) of.work.canvas.color(y)[x] = pixel_of(statics.lit_colors[i]);
+            if (is_of_picture(of, statics, i))
+                of.work.canvas.color(y)[x] = pixel_of_picture(of, statics.lit_colors[i], x, y);
         }
     });
 }
@@ -309,12 +321,14 @@ void draw_shadows_of_movers(const RowsOfView& of) {
     MixedPixels& mixed = band.mixed;
     mixed.clear(background_of(of.work));
     each_static_pixel(of, statics, [&](int x, int y, std::uint32_t first, std::uint32_t end) {
-        bool is_other = false;
+        bool has_picture = false, is_other = false;
         for (std::uint32_t i = first; i < end; ++i) {
             const bool is_picture = is_of_picture(of, statics, i);
             if (is_picture) statics.fragments[i].color = linear_of(of.work.canvas.color(y)[x]);
-            is_other |= is_picture || statics.fragments[i].color != statics.lit_colors[i];
+            has_picture |= is_picture;
+            is_other |= statics.fragments[i].color != statics.lit_colors[i];
         }
+        if (has_picture && !is_other) of.work.canvas.color(y)[x] = layer.picture.color.rows()(y)[x];
         if (!is_other) return;
         mixed.begin(x, y);
         add_statics(std::span(statics.fragments).subspan(first, end - first), mixed);
