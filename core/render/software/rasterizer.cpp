@@ -100,16 +100,16 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
                 const ScreenTriangle& triangle = triangles[first - 1];
                 const ViewDraw& draw = geometry.draws()[triangle.draw];
                 IntLanes mask = number == static_cast<std::int32_t>(first);
-                SurfacePoints points;
-                if ((left & ~Isa::bits(mask)) == 0) {
-                    const Setup setup = set_up(geometry, first - 1);
-                    points = points_of(geometry, draw, OneTriangle(geometry, draw, triangle, setup), x, y);
-                } else {
-                    // All pixels of one draw at once; most often they are all that are left.
+                const bool is_one = (left & ~Isa::bits(mask)) == 0;
+                // All pixels of one draw at once; most often they are all that are left.
+                if (!is_one)
                     mask = drawn & (draws_of<Isa>(triangles, number) == static_cast<std::int32_t>(triangle.draw));
-                    const IntLanes own = mask ? number : IntLanes{} + static_cast<std::int32_t>(first);
-                    points = points_of(geometry, draw, TriangleOfEach<Isa>(geometry, draw, own), x, y);
-                }
+                const IntLanes own = mask ? number : IntLanes{} + static_cast<std::int32_t>(first);
+                // Made in its place: it is large.
+                const SurfacePoints points =
+                    is_one ? points_of(geometry, draw,
+                                       OneTriangle(geometry, draw, triangle, set_up(geometry, first - 1)), x, y)
+                           : points_of(geometry, draw, TriangleOfEach<Isa>(geometry, draw, own), x, y);
                 left &= ~Isa::bits(mask);
                 const Rgba color = shade<Isa>(geometry, draw, points, rays_through(geometry, x, y), has_movers);
                 if (canvas.light) {
