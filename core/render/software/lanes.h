@@ -72,7 +72,7 @@ CAMRIG_LANES IntLanes truncated(Lanes value) {
 /// For magnitudes below 2^31.
 CAMRIG_LANES Lanes floor(Lanes value) {
     const Lanes whole = __builtin_convertvector(truncated(value), Lanes);
-    return whole > value ? whole - 1.0f : whole;
+    return whole + __builtin_convertvector(whole > value, Lanes);
 }
 
 /// Eight doubles.

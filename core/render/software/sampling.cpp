@@ -11,7 +11,13 @@ struct TexelPair {
     Lanes share;
 };
 
-CAMRIG_LANES TexelPair texels_beside(Lanes coordinate, Lanes size, world::Wrap wrap, bool is_linear) {
+/// The texels of an image on the way from its one side to the other: as both kinds of number.
+struct Texels {
+    IntLanes count;
+    Lanes size;
+};
+
+CAMRIG_LANES TexelPair texels_beside(Lanes coordinate, const Texels& of, world::Wrap wrap, bool is_linear) {
     Lanes at = coordinate;
     if (wrap == world::Wrap::repeat) {
         at = at - floor(at);
@@ -21,19 +27,19 @@ CAMRIG_LANES TexelPair texels_beside(Lanes coordinate, Lanes size, world::Wrap w
     } else {
         at = clamp01(at);
     }
-    const Lanes last = size - 1.0f;
-    at = at * size - (is_linear ? 0.5f : 0.0f);
+    const IntLanes last = of.count - 1;
+    at = at * of.size - (is_linear ? 0.5f : 0.0f);
     const Lanes low = floor(at);
-    Lanes first = low, second = low + 1.0f;
+    IntLanes first = truncated(low), second = first + 1;
     if (wrap == world::Wrap::repeat) {
-        first = first < 0.0f ? last : first;
-        first = first > last ? first - size : first;
-        second = second > last ? second - size : second;
+        first += of.count & (first < 0);
+        first -= of.count & (first > last);
+        second -= of.count & (second > last);
     }
     // With any wrap: coordinates of no number, or beyond what floor() holds, read some texel, but one of the image.
-    first = min(max(first, Lanes{}), last);
-    second = min(max(second, Lanes{}), last);
-    return {truncated(first), truncated(second), is_linear ? at - low : Lanes{}};
+    first = min(max(first, IntLanes{}), last);
+    second = min(max(second, IntLanes{}), last);
+    return {first, second, is_linear ? at - low : Lanes{}};
 }
 
 /// Red and green, blue and alpha of a texel for each lane, 16 bits each.
@@ -94,25 +100,49 @@ CAMRIG_LANES TexelLevel level_of(const SampledTexture& texture, Lanes step2) {
     return {level > most ? IntLanes{} + most : level, exponent < (goes_on ? 1 : 0)};
 }
 
+/// The image of a texture that each lane looks at.
+struct LevelImage {
+    IntLanes first;  ///< texel
+    Texels across, down;
+    IntLanes is_magnified;
+};
+
+template <typename Isa>
+CAMRIG_LANES LevelImage image_of(const SampledTexture& texture, const TexelLevel& level) {
+    const std::vector<SoftwareImage::Level>& levels = texture.image->levels;
+    static_assert(sizeof(SoftwareImage::Level) == 3 * sizeof(std::int32_t));
+    const int number = level.number[0];
+    IntLanes first, width, height;
+    if (Isa::bits(level.number != number) == 0) [[likely]] {
+        const SoftwareImage::Level& one = levels[static_cast<std::size_t>(number)];
+        first = IntLanes{} + one.first;
+        width = IntLanes{} + one.width;
+        height = IntLanes{} + one.height;
+    } else {
+        // Levels follow each other in memory, each half as large (make_software_image).
+        const auto halved = [&](int side) __attribute__((always_inline)) {
+            return max((IntLanes{} + side) >> level.number, IntLanes{} + 1);
+        };
+        first = gathered<Isa>(&levels.front().first, level.number * 3);
+        width = halved(levels.front().width);
+        height = halved(levels.front().height);
+    }
+    return {first,
+            {width, __builtin_convertvector(width, Lanes)},
+            {height, __builtin_convertvector(height, Lanes)},
+            level.is_magnified};
+}
+
 /// The first channels of a texture at (u, v). is_opaque: alpha is not looked at, and comes out as 1.
 template <typename Isa, std::size_t channels>
-CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, Lanes u, Lanes v, const TexelLevel& of,
+CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, Lanes u, Lanes v, const LevelImage& of,
                                                 bool is_opaque) {
     const SoftwareImage& image = *texture.image;
-    const IntLanes level = of.number, is_magnified = of.is_magnified;
+    const IntLanes is_magnified = of.is_magnified;
     const bool same_filter = texture.sampler.magnify == texture.sampler.minify;
-    // Levels follow each other in memory, each half as large (make_software_image).
-    const auto halved = [&](int side) __attribute__((always_inline)) {
-        const IntLanes made = (IntLanes{} + side) >> level;
-        return made < 1 ? IntLanes{} + 1 : made;
-    };
-    const IntLanes width = halved(image.levels.front().width), height = halved(image.levels.front().height);
-    static_assert(sizeof(SoftwareImage::Level) == 3 * sizeof(std::int32_t));
-    const IntLanes first = gathered<Isa>(&image.levels.front().first, level * 3);
-    const Lanes widths = __builtin_convertvector(width, Lanes), heights = __builtin_convertvector(height, Lanes);
     const auto pairs = [&](bool is_linear, TexelPair& columns, TexelPair& rows) __attribute__((always_inline)) {
-        columns = texels_beside(u, widths, texture.sampler.wrap_s, is_linear);
-        rows = texels_beside(v, heights, texture.sampler.wrap_t, is_linear);
+        columns = texels_beside(u, of.across, texture.sampler.wrap_s, is_linear);
+        rows = texels_beside(v, of.down, texture.sampler.wrap_t, is_linear);
     };
     TexelPair columns, rows;
     pairs(texture.sampler.minify == world::Filter::linear, columns, rows);
@@ -128,7 +158,7 @@ CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, L
         choose(rows, large_rows);
     }
     const Texel* const texels = image.texels.data();
-    const IntLanes upper = first + rows.first * width, lower = first + rows.second * width;
+    const IntLanes upper = of.first + rows.first * of.across.count, lower = of.first + rows.second * of.across.count;
     // But where a row ends.
     const bool are_neighbors = Isa::bits(columns.second != columns.first + 1) == 0;
     const auto [a, b] = texels_of_row<Isa, channels>(texels, upper, columns, are_neighbors);
@@ -166,13 +196,14 @@ CAMRIG_LANES std::array<Lanes, channels> sample_over(const SampledTexture& textu
     const Lanes length = min(sqrt(points.longer2) * texel + 0.5f, lanes(most_samples));
     const IntLanes whole = truncated(length), count = whole < 1 ? IntLanes{} + 1 : whole;
     const Lanes share = 1.0f / __builtin_convertvector(count, Lanes);
+    const LevelImage image = image_of<Isa>(texture, level);
     std::array<Lanes, channels> sum{};
     for (int i = 0; i < most_samples; ++i) {
         const IntLanes is_there = count > i;
         if (Isa::bits(is_there) == 0) break;
         const Lanes along = is_there ? (static_cast<float>(i) + 0.5f) * share - 0.5f : Lanes{};
         const auto one = sample<Isa, channels>(texture, points.u + points.u_step * along,
-                                               points.v + points.v_step * along, level, is_opaque);
+                                               points.v + points.v_step * along, image, is_opaque);
         for (std::size_t c = 0; c < channels; ++c) sum[c] = sum[c] + (is_there ? one[c] * share : Lanes{});
     }
     return sum;
@@ -187,10 +218,10 @@ CAMRIG_LANES std::array<Lanes, channels> sample_between(const SampledTexture& te
     const Lanes detail = 0.5f * log2_of(max(points.longer2, lanes(1e-30f)));
     const Lanes at = min(max(detail, Lanes{}), lanes(most)), lower = floor(at), share = at - lower;
     TexelLevel level{truncated(lower), detail <= 0.0f};
-    auto made = sample<Isa, channels>(texture, points.u, points.v, level, is_opaque);
+    auto made = sample<Isa, channels>(texture, points.u, points.v, image_of<Isa>(texture, level), is_opaque);
     if (Isa::bits(share > 0.0f) == 0) return made;
     level.number = truncated(min(lower + 1.0f, lanes(most)));
-    const auto next = sample<Isa, channels>(texture, points.u, points.v, level, is_opaque);
+    const auto next = sample<Isa, channels>(texture, points.u, points.v, image_of<Isa>(texture, level), is_opaque);
     for (std::size_t i = 0; i < channels; ++i) made[i] = made[i] + (next[i] - made[i]) * share;
     return made;
 }
@@ -198,11 +229,12 @@ CAMRIG_LANES std::array<Lanes, channels> sample_between(const SampledTexture& te
 template <typename Isa, std::size_t channels>
 CAMRIG_LANES void sample_into(const SampledTexture& texture, const TexturePoints& points, bool is_opaque,
                               SampledLanes& to) {
-    const auto made =
-        points.has_footprints && texture.sampler.mipmaps ? sample_over<Isa, channels>(texture, points, is_opaque)
-        : points.blends_levels
-            ? sample_between<Isa, channels>(texture, points, is_opaque)
-            : sample<Isa, channels>(texture, points.u, points.v, level_of(texture, points.longer2), is_opaque);
+    const auto made = points.has_footprints && texture.sampler.mipmaps
+                          ? sample_over<Isa, channels>(texture, points, is_opaque)
+                      : points.blends_levels
+                          ? sample_between<Isa, channels>(texture, points, is_opaque)
+                          : sample<Isa, channels>(texture, points.u, points.v,
+                                                  image_of<Isa>(texture, level_of(texture, points.longer2)), is_opaque);
     for (std::size_t i = 0; i < channels; ++i) to[i] = made[i];
 }
 
