@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import camrig
+from compliance import complaints
 from conftest import wait_until
 
 CAMRIG = os.environ["CAMRIG_BIN"]
@@ -155,7 +156,7 @@ def test_programs_hear_of_changes_that_others_make(rig, camera):
 @pytest.mark.slow
 def test_v4l2_compliance_finds_nothing_at_a_running_rig(rig, camera):
     report = run_with_devices(rig, "v4l2-compliance", "-d", DEVICE, "-s")
-    assert re.search(r"Total for camrig device /dev/video7: \d+, Succeeded: \d+, Failed: 0, Warnings: 0", report), report[-3000:]
+    assert not complaints(report), report[-3000:]
 
 
 @pytest.fixture

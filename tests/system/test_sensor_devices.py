@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import camrig
+from compliance import complaints
 
 CAMRIG = os.environ["CAMRIG_BIN"]
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
@@ -127,4 +128,4 @@ def test_v4l2_compliance_finds_nothing_where_there_are_numbers(rig):
     rig.create_camera("counts", size=(320, 240), fps=20, **STAND, sensor={"preset": "imx219", "exposure_s": "auto"},
                       outputs=[{"kind": "device", "number": 7}])
     report = run_exec(rig, "v4l2-compliance", "-d", "/dev/video7", "-s")
-    assert re.search(r"Total for camrig device /dev/video7: \d+, Succeeded: \d+, Failed: 0, Warnings: 0", report), report[-3000:]
+    assert not complaints(report), report[-3000:]
