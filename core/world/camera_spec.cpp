@@ -53,10 +53,23 @@ Result<void> check_range(const CameraSpec& spec) {
     return {};
 }
 
+/// What a picture of one sample a pixel may have.
+bool is_of_areas_or_middles(Antialias antialias) {
+    return antialias == Antialias::none || antialias == Antialias::coverage;
+}
+
 Result<void> check_sensor(const CameraSpec& spec) {
     if (!spec.sensor) return {};
     if (auto good = sensor::check_sensor(*spec.sensor); !good)
         return std::unexpected(invalid("sensor." + good.error().message));
+    // Light is drawn by one rasteriser alone.
+    if (spec.antialias != Antialias::automatic && !is_of_areas_or_middles(spec.antialias))
+        return std::unexpected(Error{ErrorKind::unsupported, "antialias: with a sensor it is auto, none or coverage"});
+    const bool is_pinhole = spec.lens.model == camera::LensModel::pinhole;
+    if (is_pinhole ? spec.lens_sampling.method != LensMethod::automatic : spec.lens_sampling != LensSampling{})
+        return std::unexpected(Error{ErrorKind::unsupported,
+                                     "lens: with a sensor it is drawn through itself (method, filter and oversample "
+                                     "as they are when left out)"});
     return {};
 }
 
@@ -92,8 +105,7 @@ Result<void> check_backdrop(const CameraSpec& spec) {
         return refuse("zoom: a camera with a backdrop has the zoom that its picture was taken with");
     if (spec.lens_sampling != LensSampling{})
         return refuse("lens.method: people are drawn into a backdrop through the lens itself (method auto)");
-    if (spec.antialias != Antialias::automatic && spec.antialias != Antialias::none &&
-        spec.antialias != Antialias::coverage)
+    if (spec.antialias != Antialias::automatic && !is_of_areas_or_middles(spec.antialias))
         return refuse("antialias: with a backdrop it is auto, none or coverage");
     if (spec.antialias == Antialias::coverage && is_soft_or_noisy(*spec.backdrop))
         return refuse("antialias: coverage has edges of its own; leave out backdrop.edge_px and backdrop.noise, or it");

@@ -212,6 +212,9 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"controls": {"white_balance_k": 0}})", "controls.white_balance_k: must be 2800 to 10000"},
         {R"({"controls": {"sharpness": 1}})", "controls.sharpness: unknown key"},
         {R"({"controls": 1})", "controls"},
+        {R"({"sensor": {"preset": "imx219"}, "antialias": "msaa4"})",
+         "antialias: with a sensor it is auto, none or coverage"},
+        {R"({"sensor": {"preset": "imx219"}, "lens": {"model": "pinhole", "method": "cube"}})", "lens: with a sensor"},
         {R"({"colour": 2})", "colour: unknown key"},
     };
     for (const auto& [text, expected] : cases) {
