@@ -1,24 +1,22 @@
 """One control address for a farm: speaks the whole control protocol on a Unix socket.
 
 What changes the world goes into the log, through the sequencer; what only looks goes to a node: about a camera, to the one that owns it.
-Owners follow from the names of camera and nodes alone (rendezvous hashing: Thaler, Ravishankar, "Using name-based mappings to increase hit
-rates", IEEE/ACM ToN 1998), so that every door says the same, and of a node that dies or comes only its own cameras move.
 """
 
 from __future__ import annotations
 
 import asyncio
-import hashlib
 import json
 import os
 import time
 import uuid
-from typing import Any
+from typing import Any, Awaitable, Callable
 
 import nats.errors
 
 from ...errors import CamrigError, error_of_reply
 from .log import LEASE_S, Subjects
+from .placement import is_placeable, owner_of
 from .wire import Wire
 
 #: So long a command is tried again, when the sequencer has died; and a step, which waits for readers.
@@ -27,17 +25,25 @@ COMMAND_TIMEOUT_S, STEP_TIMEOUT_S = 15.0, 120.0
 _TRY_S = 2.0
 _MAX_LINE = 96 << 20
 _MAX_BATCH = 64
+#: That one machine starts.
+_MAX_NODES = 64
 
 
-def owner_of(camera: str, nodes: list[str]) -> str:
-    return max(nodes, key=lambda node: hashlib.sha256(f"{node}\0{camera}".encode()).digest())
+def _count_of(params: dict[str, Any]) -> int:
+    count = params.get("nodes")
+    if set(params) != {"nodes"} or not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= _MAX_NODES:
+        raise CamrigError("invalid_argument", f"farm.scale: nodes: a number from 1 to {_MAX_NODES}")
+    return count
 
 
 class Door:
     def __init__(self, bus: Any, subjects: Subjects, path: str) -> None:
         self._bus, self._subjects, self.path = bus, subjects, path
         self._nodes: dict[str, dict[str, Any]] = {}
+        self._moved: dict[str, str] = {}
+        self._moved_by = 0
         self._writes: set[str] = set()
+        self.scale: Callable[[int], Awaitable[Any]] | None = None  #: farm.scale, where nodes can be started
         self.ended = asyncio.Event()  # by server.shutdown
 
     async def open(self) -> None:
@@ -51,13 +57,21 @@ class Door:
 
     async def _on_report(self, message: Any) -> None:
         report = json.loads(message.data)
-        self._nodes[report["node"]] = {**self._nodes.get(report["node"], {}), **{key: value for key, value in report.items() if key != "parts"}, "heard": time.monotonic()}
+        report.pop("parts", None)
+        moved = report.pop("moved", None)  # from the sequencer alone
+        if moved is not None and report["moved_by"] >= self._moved_by:
+            self._moved, self._moved_by = moved, report["moved_by"]
+        self._nodes[report["node"]] = {**self._nodes.get(report["node"], {}), **report, "heard": time.monotonic()}
 
     def live(self) -> list[str]:
         return sorted(name for name, report in self._nodes.items() if time.monotonic() - report["heard"] < LEASE_S)
 
     def nodes(self) -> dict[str, dict[str, Any]]:
         return {name: self._nodes[name] for name in self.live()}
+
+    def owners(self) -> list[str]:
+        """Who can have cameras; if nobody can, who is there."""
+        return [name for name in self.live() if is_placeable(self._nodes[name])] or self.live()
 
     def forget(self, node: str) -> None:
         """Known to be dead: its cameras move at once."""
@@ -110,6 +124,8 @@ class Door:
         try:
             if method == "farm.status":
                 return {"result": await self._status()}
+            if method == "farm.scale" and self.scale:
+                return {"result": await self.scale(_count_of(params))}
             if method == "server.shutdown":
                 self.ended.set()
                 return {"result": {"stopping": True}}
@@ -152,11 +168,11 @@ class Door:
         raise CamrigError("unavailable", f"{method}: the farm has no sequencer now; ask again")
 
     def _node_for(self, params: dict[str, Any]) -> dict[str, Any]:
-        live = self.live()
-        if not live:
+        owners = self.owners()
+        if not owners:
             raise CamrigError("unavailable", "no node of this farm is there now")
         camera = params.get("camera", params.get("name"))
-        return self._nodes[owner_of(camera, live) if isinstance(camera, str) else live[0]]
+        return self._nodes[owner_of(camera, owners, self._moved) if isinstance(camera, str) else owners[0]]
 
     async def _look(self, request: dict[str, Any], params: dict[str, Any], wires: dict) -> Any:
         while True:
@@ -187,8 +203,8 @@ class Door:
         listed = (await self._once("camera.list"))["cameras"] if nodes else []
         cameras = []
         for camera in listed:
-            owner = owner_of(camera["name"], list(nodes))
-            at = nodes[owner]
+            owner = owner_of(camera["name"], self.owners(), self._moved)
+            at = self._nodes[owner]
             http, rtsp = f"http://{at['host']}:{at['http']}/cameras/{camera['name']}/stream.mjpg", f"rtsp://{at['host']}:{at['rtsp']}/{camera['name']}"
             cameras.append({"camera": camera["name"], "node": owner, "http": http, "rtsp": rtsp})
         return {"nodes": list(nodes.values()), "cameras": cameras}

@@ -1,7 +1,7 @@
 """The ordered log of commands, in a stream of NATS JetStream, and the lease of who may write it.
 
-An entry is one JSON object: ``{"kind": "begin" | "command" | "step", "at_ns", "term", "id", "method", "params"}``. Its number in the stream
-is its place in the order. Only who holds the lease writes, and only behind the entry that he knows as the last (Nats-Expected-Last-Sequence):
+An entry is one JSON object: ``{"kind": "begin" | "command" | "step" | "owners", "at_ns", "term", "id", "method", "params"}``. Its number in the
+stream is its place in the order. Only who holds the lease writes, and only behind the entry that he knows as the last (Nats-Expected-Last-Sequence):
 whoever was overtaken is refused by the stream itself.
 """
 
@@ -41,7 +41,7 @@ class Subjects:
         return f"camrig_{self.farm}"
 
     def __getattr__(self, name: str) -> str:
-        if name in ("log", "mark", "report", "command", "stop"):
+        if name in ("log", "mark", "report", "command", "stop", "clock"):
             return f"camrig.{self.farm}.{name}"
         raise AttributeError(name)
 
@@ -112,7 +112,7 @@ class Lease:
         now = time.monotonic()
         try:
             if self.is_held():
-                self._revision = await self._store.update("sequencer", self._text(self.term), last=self._revision)
+                self._revision = await self._store.update("sequencer", self._text(self.term, self.owner), last=self._revision)
             else:
                 self.term = 0
                 if not await self._take(now):
@@ -126,18 +126,26 @@ class Lease:
         try:
             entry = await self._store.get("sequencer")
         except nats.js.errors.KeyNotFoundError:
-            self._revision = await self._store.create("sequencer", self._text(1))
+            self._revision = await self._store.create("sequencer", self._text(1, self.owner))
             self.term = 1
             return True
+        held = json.loads(entry.value)
         if entry.revision != self._seen[0]:
             self._seen = (entry.revision, now)
+        if held["owner"] is not None and now - self._seen[1] < LEASE_S:
             return False
-        if now - self._seen[1] < LEASE_S:
-            return False
-        term = json.loads(entry.value)["term"] + 1
-        self._revision = await self._store.update("sequencer", self._text(term), last=entry.revision)
+        term = held["term"] + 1
+        self._revision = await self._store.update("sequencer", self._text(term, self.owner), last=entry.revision)
         self.term = term
         return True
 
-    def _text(self, term: int) -> bytes:
-        return json.dumps({"owner": self.owner, "term": term, "at": time.time()}).encode()
+    async def give_back(self) -> None:
+        """Another may take it at once."""
+        if self.is_held():
+            term, self.term = self.term, 0
+            with contextlib.suppress(nats.errors.Error, nats.js.errors.APIError, asyncio.TimeoutError):
+                await self._store.update("sequencer", self._text(term, None), last=self._revision)
+
+    @staticmethod
+    def _text(term: int, owner: str | None) -> bytes:
+        return json.dumps({"owner": owner, "term": term, "at": time.time()}).encode()
