@@ -17,6 +17,7 @@ from camrig.farm.live.feed import Feed, raise_if_different
 from camrig.farm.live.log import CommandLog, Lease, Overtaken, Subjects, connect
 from camrig.farm.live.metrics import merged
 from camrig.farm.live.placement import FULL, ROOM, moves, order_of, owner_of
+from camrig.farm.live.roster import Roster
 from camrig.farm.live.up import find_nats_server
 
 
@@ -145,6 +146,20 @@ def test_a_rigs_time_is_shared_out_by_pixels(monkeypatch):
         now[:] = next(times)
         told = costs.of([{"name": camera["name"], "rendered": 0 if camera["name"] == "idle" else rendered} for camera in cameras], cameras)
     assert told == {"big": 0.2, "small": 0.1}
+
+
+def test_a_report_that_waited_in_a_dead_link_brings_nobody_back(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr("camrig.farm.live.roster.time.monotonic", lambda: now[0])
+    nodes = Roster()
+    report = {"node": "a", "life": "1", "applied": 1, "http": 1}
+    assert nodes.hear({**report, "at": 5000.0}) and nodes.live() == ["a"]  # its clock is its own
+    now[0] += 5
+    assert nodes.live() == []
+    assert not nodes.hear({**report, "at": 5000.5}) and nodes.live() == []
+    assert nodes.hear({**report, "life": "2", "http": 2, "at": 7.0}) and nodes["a"]["http"] == 2
+    assert not nodes.hear({**report, "at": 5001.0}) and nodes["a"]["http"] == 2
+    assert nodes.hear({**report, "life": "2", "http": 3, "at": 7.3}) and nodes["a"]["http"] == 3
 
 
 def test_metrics_of_all_nodes_are_one_page():

@@ -8,9 +8,11 @@ whoever was overtaken is refused by the stream itself.
 from __future__ import annotations
 
 import asyncio
+import collections
 import contextlib
 import json
 import time
+import urllib.parse
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,10 +22,13 @@ import nats.js.errors
 from nats.aio.client import Client as Bus
 from nats.js.api import StorageType, StreamConfig
 
+from ...errors import CamrigError
+
 #: How long a lease is valid that is not renewed, and how often it is.
 LEASE_S, RENEW_S = 2.0, 0.5
 #: NATS takes no longer messages by itself.
 MAX_ENTRY_BYTES = 1_000_000
+_MAX_TOLD = 1024
 
 
 class Overtaken(Exception):
@@ -46,10 +51,21 @@ class Subjects:
         raise AttributeError(name)
 
 
-async def connect(url: str) -> Bus:
+async def connect(urls: str) -> Bus:
+    """Waits until one of the servers is there: URLs with commas between them."""
+
     async def quiet(_: Exception) -> None: ...
 
-    return await nats.connect(url, max_reconnect_attempts=-1, reconnect_time_wait=0.2, error_cb=quiet, allow_reconnect=True)
+    servers = [url.strip() for url in urls.split(",")]
+    for url in servers:
+        parts = urllib.parse.urlsplit(url)
+        try:
+            is_good = parts.scheme in ("nats", "tls") and parts.hostname and (parts.port or 4222)
+        except ValueError:
+            is_good = False
+        if not is_good:
+            raise CamrigError("invalid_argument", f"--nats: '{url}' is not nats://HOST:PORT")
+    return await nats.connect(servers, max_reconnect_attempts=-1, reconnect_time_wait=0.2, error_cb=quiet, allow_reconnect=True)
 
 
 class CommandLog:
@@ -58,6 +74,7 @@ class CommandLog:
     def __init__(self, bus: Bus, subjects: Subjects, replicas: int = 1) -> None:
         self._bus, self._subjects, self._replicas = bus, subjects, replicas
         self._stream = bus.jetstream(timeout=2.0)
+        self._told: collections.OrderedDict[int, dict[str, Any]] = collections.OrderedDict()
 
     async def open(self) -> None:
         config = StreamConfig(
@@ -71,8 +88,16 @@ class CommandLog:
 
     async def read(self, number: int) -> dict[str, Any]:
         """By its number: an ordered consumer stands still for 20 s when the stream's leader dies."""
+        if number in self._told:
+            return self._told.pop(number)
         message = await self._stream.get_msg(self._subjects.stream, number)
         return json.loads(message.data)
+
+    def tell(self, number: int, entry: dict[str, Any]) -> None:
+        """It is known to be there; read() need not ask for it."""
+        self._told[number] = entry
+        while len(self._told) > _MAX_TOLD:
+            self._told.popitem(last=False)
 
     async def append(self, entry: dict[str, Any], behind: int) -> int:
         """Its number. Overtaken, or what nats raises: then nobody knows whether it is there; the same call again makes it sure."""
@@ -89,8 +114,8 @@ class CommandLog:
 class Lease:
     """Who may write, for a term. Time is counted on each machine alone: a lease that was not renewed for LEASE_S may be taken."""
 
-    def __init__(self, bus: Bus, subjects: Subjects, owner: str) -> None:
-        self._bus, self._bucket, self.owner = bus, f"{subjects.stream}_lease", owner
+    def __init__(self, bus: Bus, subjects: Subjects, owner: str, replicas: int = 1) -> None:
+        self._bus, self._bucket, self.owner, self._replicas = bus, f"{subjects.stream}_lease", owner, replicas
         self.term = 0
         self._revision = 0
         self._renewed = -1e9
@@ -99,7 +124,7 @@ class Lease:
     async def open(self) -> None:
         stream = self._bus.jetstream(timeout=1.0)
         try:
-            self._store = await stream.create_key_value(bucket=self._bucket, history=1)
+            self._store = await stream.create_key_value(bucket=self._bucket, history=1, replicas=self._replicas)
         except nats.js.errors.BadRequestError:
             self._store = await stream.key_value(self._bucket)
 

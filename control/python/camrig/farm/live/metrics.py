@@ -101,10 +101,10 @@ class MetricsPage:
         status = await self._door.call("farm.status")
         return nodes, {camera["camera"]: camera["node"] for camera in status["cameras"]}
 
-    @staticmethod
-    def _page_of(report: dict[str, Any]) -> str | None:
+    def _page_of(self, report: dict[str, Any]) -> str | None:
+        fields = {"Authorization": f"Bearer {self._door.token}"} if self._door.token else {}
         try:
-            with _direct.open(f"http://{report['host']}:{report['http']}/metrics", timeout=_NODE_S) as reply:
+            with _direct.open(urllib.request.Request(f"http://{report['host']}:{report['http']}/metrics", headers=fields), timeout=_NODE_S) as reply:
                 return reply.read(_MAX_BYTES).decode()
         except OSError:
             return None

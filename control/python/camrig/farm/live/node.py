@@ -16,6 +16,7 @@ import signal
 import sys
 import tempfile
 import time
+import uuid
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,6 +53,11 @@ class NodeOptions:
     lead_ms: float = 100.0
     max_skew_ms: float = 5.0
     clock: WallClock = WallClock()
+    host: str | None = None  #: address of this machine at which others reach the node; with token_file
+    token_file: str | None = None
+    http: int = 0
+    rtsp: int = 0
+    replicas: int = 1
     args: tuple[str, ...] = ()
 
 
@@ -73,7 +79,11 @@ class Daemon:
         program = find_binary()
         read_end, write_end = os.pipe()
         command = [program, "serve", find_scene(self._options.scene, program), "--held", "--mode", self._options.mode, "--control", self.control]
-        command += ["--http", "0", "--rtsp", "0", "--ready-fd", str(write_end), *self._options.args]
+        command += ["--http", str(self._options.http), "--rtsp", str(self._options.rtsp), "--ready-fd", str(write_end), *self._options.args]
+        if self._options.host:
+            command += ["--host", self._options.host, "--tcp", "0"]
+        if self._options.token_file:
+            command += ["--token-file", self._options.token_file]
         if self._options.seed is not None:
             command += ["--seed", str(self._options.seed)]
         self.process = await asyncio.create_subprocess_exec(*command, pass_fds=(write_end,), stdout=sys.stderr.fileno(), preexec_fn=_die_with_parent)
@@ -95,12 +105,15 @@ class Node:
         self.options = options
         self.subjects = Subjects(options.farm)
         self._mark: dict[str, Any] = {"term": 0, "last": 0, "closed_ns": -1}
+        self._life = uuid.uuid4().hex
+        self._heard = float("-inf")
         self._marked = asyncio.Event()
         self._parts: dict[int, dict[str, str]] = {}
         self._newest: dict[str, Any] = {}
         self._stop: asyncio.Future[tuple[int, str]] = asyncio.get_running_loop().create_future()
         self._comparison = Comparison()
         self._clock_is_off = False
+        self._unanswered = 0
         self._costs: dict[str, float] = {}
         self._leaves = self._was_there = False
 
@@ -111,12 +124,12 @@ class Node:
         tasks: list[asyncio.Task[None]] = []
         try:
             await self.daemon.start()
-            self.wire = await Wire.open(self.daemon.control)
+            self.wire = await Wire.open({"control": self.daemon.control})
             self.identity = await self.wire.call("rig.identity")
-            self.log = CommandLog(self.bus, self.subjects)
+            self.log = CommandLog(self.bus, self.subjects, self.options.replicas)
             await self.log.open()
             self.feed = Feed(self.log, self.wire, self.identity, self.options.clock)
-            self.lease = Lease(self.bus, self.subjects, self.options.name)
+            self.lease = Lease(self.bus, self.subjects, self.options.name, self.options.replicas)
             await self.lease.open()
             self.sequencer = Sequencer(self.bus, self.subjects, self.log, self.lease, self.feed, self.identity, self.options.lead_ms, self.options.clock)
             await self.bus.subscribe(self.subjects.mark, cb=self._on_mark)
@@ -160,7 +173,9 @@ class Node:
         mark = json.loads(message.data)
         if mark["term"] < self._mark["term"]:
             return  # of a sequencer that was overtaken
-        self._mark = mark
+        for number, entry in mark.pop("entries"):
+            self.log.tell(number, entry)
+        self._mark, self._heard = mark, time.monotonic()
         self._marked.set()
 
     async def _on_stop(self, message: Any) -> None:
@@ -193,10 +208,10 @@ class Node:
             await asyncio.sleep(REPORT_S)
 
     async def _say(self, more: dict[str, Any]) -> None:
-        if self.feed.begin is None:
-            return  # nobody counts on a node that has not passed the gate
-        report = {"node": self.options.name, "applied": self.feed.applied, "at": time.time(), "is_sequencer": self.sequencer.is_active, "pid": os.getpid(),
-                  "rig_pid": self.daemon.process.pid, "leaves": self._leaves, "is_behind": self._is_behind(), **{key: self.daemon.ready.get(key) for key in ("control", "http", "rtsp", "host")}, **more}
+        if self.feed.begin is None or self._unanswered > 0:
+            return  # nobody counts on a node that has not passed the gate; what is said into a dead link comes when it is no longer true
+        report = {"node": self.options.name, "life": self._life, "at": time.monotonic(), "applied": self.feed.applied, "is_sequencer": self.sequencer.is_active, "term": self.lease.term, "pid": os.getpid(),
+                  "rig_pid": self.daemon.process.pid, "leaves": self._leaves, "is_behind": self._is_behind(), **{key: self.daemon.ready.get(key) for key in ("control", "http", "rtsp", "tcp", "host")}, **more}
         if offset := self._offset():
             report |= {"clock_ahead_ms": round(offset.ahead_s * 1e3, 3), "clock_bound_ms": round(offset.bound_s * 1e3, 3), "clock_is_off": self._clock_is_off}
         report |= {"cores": len(os.sched_getaffinity(0)), "costs": self._costs, "moved_by": self.feed.moved_by}
@@ -217,9 +232,14 @@ class Node:
 
     async def _keep(self) -> None:
         while not self._leaves:
-            await self.lease.keep()
+            if self.lease.is_held() or self._may_lead():
+                await self.lease.keep()
             await asyncio.sleep(RENEW_S)
         await asyncio.Event().wait()
+
+    def _may_lead(self) -> bool:
+        """Not with a clock that is not the others', and who has not caught up only if nobody else does."""
+        return not self._clock_is_off and (not self._is_behind() or time.monotonic() - self._heard > 3 * LEASE_S)
 
     async def _watch(self) -> None:
         await self.daemon.process.wait()
@@ -227,15 +247,14 @@ class Node:
     async def _watch_bus(self) -> None:
         """Who hears nothing from the bus is not heard either: its cameras are others' from then on, and nobody may go on reading its
         standing pictures. A dead sequencer alone is no reason: then all worlds stand."""
-        unanswered = 0
         while True:
             try:
                 await self.bus.flush(timeout=_ANSWER_S)
-                unanswered = 0
+                self._unanswered = 0
                 await asyncio.sleep(_ANSWER_S)
             except (nats.errors.Error, OSError, asyncio.TimeoutError):
-                unanswered += 1
-            if unanswered == _MOST_UNANSWERED:
+                self._unanswered += 1
+            if self._unanswered == _MOST_UNANSWERED:
                 self._end(_CUT_OFF, "it is cut off from the farm's bus; its rig ends, and it comes back when the bus does")
 
     async def _compare_clock(self) -> None:
@@ -255,7 +274,7 @@ class Node:
             await asyncio.sleep(CLOCK_S)
 
     async def _tell_costs(self) -> None:
-        wire = await Wire.open(self.daemon.control)  # one on which nothing waits for a world time
+        wire = await Wire.open({"control": self.daemon.control})  # one on which nothing waits for a world time
         costs = Costs(self.daemon.process.pid)
         while True:
             self._costs = costs.of((await wire.call("stats.get"))["cameras"], (await wire.call("camera.list"))["cameras"])

@@ -21,10 +21,14 @@ import nats.js.errors
 from ...errors import CamrigError
 from .clock import WallClock
 from .feed import Feed
-from .log import LEASE_S, MAX_ENTRY_BYTES, CommandLog, Lease, Overtaken, Subjects
+from .log import MAX_ENTRY_BYTES, CommandLog, Lease, Overtaken, Subjects
 from .placement import is_placeable, moves
+from .roster import Roster
 
 MARK_S = 0.02
+_SHORT_LEAD_NS = 50_000_000
+#: Marks carry entries that are no longer, so that nodes need not ask the log for them; and so many.
+_TOLD_BYTES, _MAX_UNTOLD = 4096, 64
 #: So often it is looked whether a node is full.
 PLACE_S = 5.0
 #: Steps wait so long for all nodes.
@@ -39,9 +43,10 @@ class Sequencer:
         self._order = asyncio.Lock()
         self._last = 0  # entry
         self._last_at_ns = 0
+        self._untold: list[tuple[int, dict[str, Any]]] = []  # of this sequencer's, for the next mark
         self._closed_ns = -1
         self._epoch_utc_ns = 0
-        self._nodes: dict[str, dict[str, Any]] = {}
+        self._nodes = Roster()
         self._digests: dict[int, dict[str, tuple[str, dict[str, str]]]] = collections.OrderedDict()
         self._different: set[str] = set()
         self.is_active = False
@@ -95,7 +100,8 @@ class Sequencer:
         # What is on its way into the log may have the time that is closed next.
         if not self._order.locked():
             self._closed_ns = max(self._closed_ns, now_ns + self._lead_ns - 1)
-        mark = {"term": self._lease.term, "last": self._last, "closed_ns": self._closed_ns}
+        mark = {"term": self._lease.term, "last": self._last, "closed_ns": self._closed_ns, "entries": self._untold}
+        self._untold = []
         if self._lease.is_held():
             await self._bus.publish(self._subjects.mark, json.dumps(mark).encode())
 
@@ -115,13 +121,17 @@ class Sequencer:
                      "params": asked["params"]}
             if asked["method"] == "world.step":
                 entry = self._step(entry)
-            if len(json.dumps(entry)) > MAX_ENTRY_BYTES:
+            length = len(json.dumps(entry))
+            if length > MAX_ENTRY_BYTES:
                 raise CamrigError("invalid_argument", f"{asked['method']}: a command of a farm has at most {MAX_ENTRY_BYTES} bytes")
             number = await self._append(entry)
             if number > self._last:  # else it was asked again, and is there already
                 self._last = number
                 self._last_at_ns = entry.get("to_ns", entry["at_ns"])
-            await self._mark(self._clock.now_ns() - self._epoch_utc_ns)
+                if length < _TOLD_BYTES and len(self._untold) < _MAX_UNTOLD:
+                    self._untold.append((number, entry))
+            if self._is_lockstep or self._lead_ns < _SHORT_LEAD_NS:  # else the next mark is early enough
+                await self._mark(self._clock.now_ns() - self._epoch_utc_ns)
             if entry["kind"] == "step":
                 await self._wait_for_nodes(number)
         try:
@@ -155,7 +165,7 @@ class Sequencer:
         raise CamrigError("unavailable", "the farm's log cannot be written now; it is not known whether this command comes")
 
     def _live(self) -> list[str]:
-        return [name for name, report in self._nodes.items() if time.monotonic() - report["heard"] < LEASE_S and name not in self._different]
+        return [name for name in self._nodes.live() if name not in self._different]
 
     async def _wait_for_nodes(self, number: int) -> None:
         """A step is done when it is done on every node that lives."""
@@ -187,7 +197,8 @@ class Sequencer:
 
     async def _on_report(self, message: Any) -> None:
         report = json.loads(message.data)
-        self._nodes[report["node"]] = {**self._nodes.get(report["node"], {}), **report, "heard": time.monotonic()}
+        if not self._nodes.hear({key: value for key, value in report.items() if key != "parts"}):
+            return
         if digest := report.get("digest"):
             at_ns = digest["world_ns"]
             of_time = self._digests.setdefault(at_ns, {})

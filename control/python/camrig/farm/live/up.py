@@ -16,7 +16,7 @@ import tempfile
 from pathlib import Path
 from typing import Any, Sequence
 
-from ...command_line import Parser
+from ...command_line import Parser, read_token
 from ...errors import CamrigError
 from .clock import WallClock
 from .door import Door
@@ -187,12 +187,16 @@ async def _up(options: argparse.Namespace) -> int:
 
 
 async def _door(options: argparse.Namespace) -> int:
-    door = Door(await connect(options.nats), Subjects(options.farm), options.control)
+    token = read_token(options.token_file) if options.token_file else None
+    door = Door(await connect(options.nats), Subjects(options.farm), options.control, token)
     for end in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(end, door.ended.set)
     await door.open()
+    facts = {"control": door.path, "nats": options.nats}
+    if options.tcp:
+        facts["tcp"] = f"{options.tcp[0]}:{await door.listen(*options.tcp)}"
     _serve_metrics(door, options)
-    _tell_ready({"control": door.path, "nats": options.nats}, options)
+    _tell_ready(facts, options)
     await door.ended.wait()
     return 0
 
@@ -210,13 +214,17 @@ def up(arguments: Sequence[str]) -> int:
 
 
 def door(arguments: Sequence[str]) -> int:
-    parser = Parser(prog="camrig farm door", description="one control address of a farm whose nodes are on this machine")
+    parser = Parser(prog="camrig farm door", description="one control address of a farm")
     _farm_option(parser)
     _door_options(parser)
-    parser.add_argument("--nats", required=True, help="URL of the farm's NATS server")
+    parser.add_argument("--nats", required=True, help="URLs of the farm's NATS servers, with commas between them")
+    parser.add_argument("--token-file", help="the nodes' token, for those on other machines")
+    parser.add_argument("--tcp", metavar="HOST:PORT", type=_address, help="control by TCP too, for clients that have the token; port 0: any free one")
     options = parser.parse_args(arguments)
     if not options.control:
         parser.error("--control: give the path of the socket")
+    if options.tcp and not options.token_file:
+        parser.error("--tcp: give --token-file too")
     return asyncio.run(_door(options))
 
 
@@ -224,9 +232,17 @@ def node(arguments: Sequence[str]) -> int:
     parser = Parser(prog="camrig farm node", description="one node of a farm")
     _scene_options(parser)
     parser.add_argument("--name", required=True, help="of its own in the farm")
-    parser.add_argument("--nats", required=True, help="URL of a NATS server with JetStream")
+    parser.add_argument("--nats", required=True, help="URLs of NATS servers with JetStream, with commas between them")
+    parser.add_argument("--replicas", type=int, default=1, choices=(1, 3, 5), help="NATS servers that keep the log; the same on all nodes")
+    parser.add_argument("--host", help="address of this machine at which other machines reach this node; default: this machine alone does")
+    parser.add_argument("--token-file", help="as of camrig serve, the same token on all nodes; with --host")
+    parser.add_argument("--http", type=int, default=0, help="port; 0: any free one")
+    parser.add_argument("--rtsp", type=int, default=0)
     parser.add_argument("--clock-ahead-ms", type=float, default=0.0, help="for tests: what this node takes for its wall clock is so far ahead")
     given = parser.parse_args(arguments)
+    if given.host and not given.token_file:
+        parser.error("--host: give --token-file too")
     options = NodeOptions(given.name, given.farm, given.nats, given.scene, given.mode, given.seed, given.lead_ms, given.max_skew_ms,
-                          WallClock(round(given.clock_ahead_ms * 1e6)), tuple(given.arg))
+                          WallClock(round(given.clock_ahead_ms * 1e6)), given.host, given.token_file, given.http, given.rtsp, given.replicas,
+                          tuple(given.arg))
     return asyncio.run(run_node(options))
