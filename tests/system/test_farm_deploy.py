@@ -1,6 +1,7 @@
 """The manifests of examples/farm: right by Kubernetes' own schema, and of options that the commands have. Nothing of it is run."""
 
 import shlex
+from types import SimpleNamespace
 
 import kubernetes_validate
 import pytest
@@ -50,13 +51,16 @@ def test_containers_give_options_that_the_commands_have(monkeypatch):
     monkeypatch.setattr(up, "_door", lambda options: options)
     monkeypatch.setattr(up, "run_node", lambda options: options)
     monkeypatch.setattr(up.asyncio, "run", lambda taken: taken)
-    taken = {}
+    monkeypatch.setattr(up.asyncio, "new_event_loop", lambda: SimpleNamespace(run_until_complete=lambda taken: taken))
+    monkeypatch.setattr(up.os, "_exit", lambda code: ended.append(code))
+    taken, ended = {}, []
     for document in documents("kubernetes.yaml"):
         for pod in pods_of(document):
             for container in pod["spec"]["containers"]:
                 if container["image"] == "camrig-farm":
                     command, *words = container["args"]
-                    taken[command] = getattr(up, COMMANDS[command][0].partition(":")[2])(words)
+                    told = getattr(up, COMMANDS[command][0].partition(":")[2])(words)
+                    taken[command] = ended.pop() if ended else told
     assert taken["node"].replicas == 3 and taken["node"].http == 8080 and taken["node"].args == ("--device=cpu",) and taken["node"].nats == taken["door"].nats
     assert taken["door"].tcp == ("0.0.0.0", 8555)
     (job,) = documents("ray-job.yaml")

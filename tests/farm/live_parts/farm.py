@@ -199,6 +199,22 @@ def digests_at_one_time(farm: Farm) -> dict[str, str]:
     return told
 
 
+async def _last_of_log(nats: str) -> int:
+    from camrig.farm.live.log import CommandLog, Subjects, connect
+
+    bus = await connect(nats)
+    last = await CommandLog(bus, Subjects("farm")).last()
+    await bus.close()
+    return last
+
+
+def wait_for_all(farm: Farm) -> int:
+    """Until every node says that it has done all of the log; how many entries that are."""
+    last = asyncio.run(_last_of_log(farm.nats))
+    wait_until(lambda: {node["applied"] for node in farm.status()["nodes"]} == {last}, f"all nodes to have done entry {last}")
+    return last
+
+
 async def _read_log(nats: str) -> list[dict[str, Any]]:
     from camrig.farm.live.log import CommandLog, Subjects, connect
 

@@ -14,7 +14,7 @@ from typing import Any, Callable, Iterator
 
 import camrig
 
-from .farm import Farm, digests_at_one_time, log_of, wait_until
+from .farm import Farm, digests_at_one_time, log_of, wait_for_all
 from .verdicts import Verdicts
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "system"))
@@ -100,7 +100,7 @@ def run(folder: Path, verdicts: Verdicts, *, seconds: float, count: int, seed: i
             slowest_s = max(slowest_s, time.monotonic() - took)
             if step % _STEPS_OF_A_CHECK == 0:
                 with clients:
-                    numbers = wait_until(lambda: _applied_by_all(farm), "all nodes to have done the same")
+                    numbers = wait_for_all(farm)
                     hashes = digests_at_one_time(farm)
                     if len(set(hashes.values())) != 1:
                         unequal.append(f"entry {numbers}: {hashes}")
@@ -127,12 +127,6 @@ def run(folder: Path, verdicts: Verdicts, *, seconds: float, count: int, seed: i
     found["different_pictures"] = len(different)
     verdicts.check(f"{name}: {found['pictures']} pictures of {len(owners)} cameras on {nodes} nodes are those of one machine, to the byte", not different, different[:3] or "")
     return found
-
-
-def _applied_by_all(farm: Farm) -> int:
-    """The number that all of them have; 0 while they have not."""
-    numbers = {node["applied"] for node in farm.status()["nodes"]}
-    return numbers.pop() if len(numbers) == 1 else 0
 
 
 def _differences(entries: list[dict[str, Any]], checks: list[tuple[int, dict[str, Picture]]]) -> list[str]:

@@ -61,13 +61,18 @@ class Stage:
     def settle(self) -> None:
         """Everybody is there and reads where he should."""
         self.farm.wait_for_nodes()
-        time.sleep(0.5)
-        owners = self.farm.owners()
-        for reader in self.readers:
-            if not reader.newest() or reader.newest().node != owners[reader.camera]:
-                reader.reconnect()
         moment = time.monotonic()
-        wait_until(lambda: all(any(one.node == owners[reader.camera] for one in reader.since(moment)) for reader in self.readers), "all readers to read")
+
+        def all_read() -> bool:
+            owners = self.farm.owners()  # they may change once more
+            astray = [reader for reader in self.readers if reader.node != owners[reader.camera]]
+            for reader in astray:
+                reader.reconnect()
+            if astray:
+                time.sleep(0.5)
+            return not astray and all(any(one.node == owners[reader.camera] for one in reader.since(moment)) for reader in self.readers)
+
+        wait_until(all_read, "all readers to read")
 
     def disturb(self, case: Case, victim: str, do: Callable[[], None], *, is_held: bool = False) -> None:
         """``is_held``: all worlds stand meanwhile, so pictures of others count only from behind that."""

@@ -69,10 +69,11 @@ class Farm:
             await self.door.ended.wait()
             return 0
         finally:
-            for child in [*self._children.values(), *([self._bus_server] if self._bus_server else [])]:
-                with contextlib.suppress(ProcessLookupError):
-                    child.terminate()
-            await asyncio.gather(*(child.wait() for child in [*self._children.values(), *([self._bus_server] if self._bus_server else [])]))
+            for children in (list(self._children.values()), [self._bus_server] if self._bus_server else []):  # nodes leave by the bus
+                for child in children:
+                    with contextlib.suppress(ProcessLookupError):
+                        child.terminate()
+                await asyncio.gather(*(child.wait() for child in children))
 
     async def _all_there(self, count: int) -> None:
         while len(self.door.owners()) < count or not any(one["is_sequencer"] for one in self.door.nodes().values()):
@@ -245,4 +246,6 @@ def node(arguments: Sequence[str]) -> int:
     options = NodeOptions(given.name, given.farm, given.nats, given.scene, given.mode, given.seed, given.lead_ms, given.max_skew_ms,
                           WallClock(round(given.clock_ahead_ms * 1e6)), given.host, given.token_file, given.http, given.rtsp, given.replicas,
                           tuple(given.arg))
-    return asyncio.run(run_node(options))
+    code = asyncio.new_event_loop().run_until_complete(run_node(options))
+    sys.stdout.flush()
+    os._exit(code)  # asyncio.run() would wait for the tasks of a connection to a bus that has gone
