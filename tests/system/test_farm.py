@@ -205,6 +205,17 @@ def test_who_is_cut_off_shows_no_standing_pictures_and_comes_back(tmp_path):
         assert len(set(live_farm.digests_at_one_time(far).values())) == 1
 
 
+def test_who_looks_after_a_command_sees_it_on_every_node(tmp_path):
+    with live_farm.Farm(tmp_path, "minimal", nodes=3) as far:
+        for number in range(12):
+            far.rig.call("camera.create", name=f"cam{number}", fps=5, **SMALL)
+            assert far.rig.call("camera.get", name=f"cam{number}")["fps"] == 5  # of its owner
+            assert f"cam{number}" in far.owners()
+            far.rig.call("camera.set", name=f"cam{number}", fps=8)
+            assert far.rig.call("camera.get", name=f"cam{number}")["fps"] == 8
+        assert len(set(far.owners().values())) > 1
+
+
 def test_a_clock_that_is_off_is_named_and_its_node_has_no_cameras(tmp_path):
     with live_farm.Farm(tmp_path, "minimal", nodes=1) as far:
         for number in range(8):

@@ -47,7 +47,9 @@ class Door:
         self._bus, self._subjects, self.path, self.token = bus, subjects, path, token
         self._nodes = Roster()
         self._moved: dict[str, str] = {}
-        self._moved_by = self._strangers = 0
+        self._moved_by = self._strangers = self._done_ns = 0
+        self._commanded = float("-inf")
+        self._is_lockstep = False
         self._writes: set[str] = set()
         self.scale: Callable[[int], Awaitable[Any]] | None = None  #: farm.scale, where nodes can be started
         self.ended = asyncio.Event()  # by server.shutdown
@@ -168,6 +170,7 @@ class Door:
 
     async def _learn(self) -> None:
         """What changes the world takes a time: so the rig's own description says."""
+        self._is_lockstep = (await self._once("world.status"))["mode"] == "lockstep"
         described = await self._once("server.describe")
         self._writes = {each["name"] for each in described["methods"] if any(field["name"] == "at_ns" for field in each["params"])} - {"world.digest"} | {"world.step"}
 
@@ -175,16 +178,27 @@ class Door:
         while True:
             node = self._node_for({})
             try:
-                return await self._while_there(node["node"], self._ask(node, method))
+                return await self._while_there(node["node"], self._ask_after_commands(node, method))
             except CamrigError:
                 self.forget(node["node"])  # it has died, and comes back by its next report if it has not
 
-    async def _ask(self, node: dict[str, Any], method: str) -> Any:
+    async def _ask(self, node: dict[str, Any], method: str, **params: Any) -> Any:
         wire = await Wire.open(node, self.token)
         try:
-            return await wire.call(method)
+            return await wire.call(method, **params)
         finally:
             wire.close()
+
+    async def _ask_after_commands(self, node: dict[str, Any], method: str) -> Any:
+        await self._reach(node)
+        return await self._ask(node, method)
+
+    async def _reach(self, node: dict[str, Any]) -> None:
+        """Who looks after a command sees what it did, whichever node he is shown: it is done there at the same world time, which may be
+        some milliseconds away. (In lockstep all nodes are together after each step.)"""
+        if not self._is_lockstep and time.monotonic() - self._commanded < LEASE_S:
+            with contextlib.suppress(CamrigError):  # that it is past
+                await self._ask(node, "world.digest", at_ns=self._done_ns + 1)
 
     async def _command(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
         if "at_ns" in params:
@@ -197,7 +211,9 @@ class Door:
                 pass
             told.cancel()  # if there is another sequencer now, it did not hear us
             with contextlib.suppress(nats.errors.Error, asyncio.TimeoutError, asyncio.CancelledError):
-                return json.loads((await told).data)
+                reply = json.loads((await told).data)
+                self._commanded, self._done_ns = time.monotonic(), max(self._done_ns, reply.pop("at_ns", 0))
+                return reply
             await asyncio.sleep(_LOOK_S)
         raise CamrigError("unavailable", f"{method}: the farm has no sequencer now; ask again")
 
@@ -233,6 +249,7 @@ class Door:
         try:
             if node["life"] not in wires:
                 wires[node["life"]] = await connect_to(node, self.token)
+            await self._reach(node)
             reader, writer = wires[node["life"]]
             writer.write(self._text({"jsonrpc": "2.0", "id": 0, **request}))
             line = await reader.readline()

@@ -138,7 +138,7 @@ class Sequencer:
             reply = await asyncio.wait_for(asyncio.shield(self._feed.result(number)), STEP_TIMEOUT_S)
         except asyncio.TimeoutError:
             raise CamrigError("unavailable", f"{asked['method']}: is number {number} of the log, and the world has not come to it") from None
-        return {key: reply[key] for key in ("result", "error") if key in reply}
+        return {"at_ns": entry["at_ns"], **{key: reply[key] for key in ("result", "error") if key in reply}}
 
     def _step(self, entry: dict[str, Any]) -> dict[str, Any]:
         if not self._is_lockstep:
