@@ -19,7 +19,8 @@ _FAR_NS = 30 * DIGEST_EVERY_NS
 class Feed:
     """The log's entries up to ``applied``, on one rig. ``results`` has the answers of the newest, by number.
 
-    ``fed``: the newest entry that the rig was told; ``world_ns``: its world's time, as it was last heard (realtime). ``moved``: the cameras that entry ``moved_by`` took from the nodes to which they belong by their names, and where they are.
+    ``fed``: the newest entry that the rig was told; ``world_ns``: its world's time, as it was last heard (realtime). ``moved``: the cameras
+    that entry ``moved_by`` took from the nodes to which they belong by their names, and where they are.
     """
 
     def __init__(self, log: CommandLog, wire: Wire, identity: dict[str, Any], clock: WallClock = WallClock()) -> None:

@@ -52,7 +52,8 @@ def of_farm(nodes: dict[str, dict[str, Any]], answered: Iterable[str], owners: d
     each("camrig_farm_node_log_entries_total", "Entries of the log that the node has done.", "applied", kind="counter")
     each("camrig_farm_node_clock_ahead_seconds", "Wall clock before the sequencer's.", "clock_ahead_ms", 1e-3)
     each("camrig_farm_node_clock_bound_seconds", "By how much that may be wrong.", "clock_bound_ms", 1e-3)
-    metric("camrig_farm_node_cost_cores", "gauge", "Of the cameras that it draws.", ((f'node="{node}"', round(sum(report.get("costs", {}).values()), 4)) for node, report in nodes.items()))
+    costs = {node: round(sum(report.get("costs", {}).values()), 4) for node, report in nodes.items()}
+    metric("camrig_farm_node_cost_cores", "gauge", "Of the cameras that it draws.", ((f'node="{node}"', cost) for node, cost in costs.items()))
     metric("camrig_farm_camera_owner", "gauge", "Which node a camera is read from.", ((f'node="{node}",camera="{camera}"', 1) for camera, node in owners.items()))
     return "\n".join(lines) + "\n"
 

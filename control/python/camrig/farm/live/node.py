@@ -9,23 +9,19 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import ctypes
 import json
 import os
 import signal
 import sys
-import tempfile
 import time
 import uuid
-from dataclasses import dataclass
 from typing import Any
 
 import nats.errors
 
-from ...errors import CamrigError
-from ...places import find_binary, find_scene
-from .clock import Comparison, Offset, WallClock
+from .clock import Comparison, Offset
 from .costs import COST_S, Costs
+from .daemon import Daemon, NodeOptions
 from .feed import Feed
 from .log import LEASE_S, RENEW_S, CommandLog, Lease, Subjects, connect
 from .sequencer import Sequencer
@@ -40,64 +36,6 @@ _FAREWELL_S = 1.0
 #: A node that joins can have cameras when it has come so near, and then until it is so far behind.
 _CAUGHT_UP_NS, _FAR_BEHIND_NS = 500_000_000, int(LEASE_S * 1e9)
 _ENDED, _CUT_OFF = 3, 4
-
-
-@dataclass(frozen=True)
-class NodeOptions:
-    name: str
-    farm: str
-    nats: str
-    scene: str
-    mode: str = "realtime"
-    seed: int | None = None
-    lead_ms: float = 100.0
-    max_skew_ms: float = 5.0
-    clock: WallClock = WallClock()
-    host: str | None = None  #: address of this machine at which others reach the node; with token_file
-    token_file: str | None = None
-    http: int = 0
-    rtsp: int = 0
-    replicas: int = 1
-    args: tuple[str, ...] = ()
-
-
-def _die_with_parent() -> None:
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
-
-
-class Daemon:
-    """`camrig serve --held`, as our child."""
-
-    def __init__(self, options: NodeOptions) -> None:
-        self._options = options
-        self.folder = tempfile.TemporaryDirectory(prefix="camrig-node-")
-        self.control = os.path.join(self.folder.name, "rig.sock")
-        self.process: asyncio.subprocess.Process | None = None
-        self.ready: dict[str, Any] = {}
-
-    async def start(self) -> None:
-        program = find_binary()
-        read_end, write_end = os.pipe()
-        command = [program, "serve", find_scene(self._options.scene, program), "--held", "--mode", self._options.mode, "--control", self.control]
-        command += ["--http", str(self._options.http), "--rtsp", str(self._options.rtsp), "--ready-fd", str(write_end), *self._options.args]
-        if self._options.host:
-            command += ["--host", self._options.host, "--tcp", "0"]
-        if self._options.token_file:
-            command += ["--token-file", self._options.token_file]
-        if self._options.seed is not None:
-            command += ["--seed", str(self._options.seed)]
-        self.process = await asyncio.create_subprocess_exec(*command, pass_fds=(write_end,), stdout=sys.stderr.fileno(), preexec_fn=_die_with_parent)
-        os.close(write_end)
-        line = await asyncio.get_running_loop().run_in_executor(None, lambda: os.read(read_end, 65536))
-        os.close(read_end)
-        if not line:
-            raise CamrigError("unavailable", f"the node's rig ended with exit code {await self.process.wait()}")
-        self.ready = json.loads(line)
-
-    async def kill(self) -> None:
-        if self.process and self.process.returncode is None:
-            self.process.kill()
-            await self.process.wait()
 
 
 class Node:
@@ -212,8 +150,10 @@ class Node:
     async def _say(self, more: dict[str, Any]) -> None:
         if self.feed.begin is None or self._unanswered > 0:
             return  # nobody counts on a node that has not passed the gate; what is said into a dead link comes when it is no longer true
-        report = {"node": self.options.name, "life": self._life, "at": time.monotonic(), "applied": self.feed.applied, "is_sequencer": self.sequencer.is_active, "term": self.lease.term, "pid": os.getpid(),
-                  "rig_pid": self.daemon.process.pid, "leaves": self._leaves, "is_behind": self._is_behind(), **{key: self.daemon.ready.get(key) for key in ("control", "http", "rtsp", "tcp", "host")}, **more}
+        ready = self.daemon.ready
+        report = {"node": self.options.name, "life": self._life, "at": time.monotonic(), "pid": os.getpid(), "rig_pid": self.daemon.process.pid,
+                  **{key: ready.get(key) for key in ("control", "http", "rtsp", "tcp", "host")}, "applied": self.feed.applied,
+                  "is_sequencer": self.sequencer.is_active, "term": self.lease.term, "leaves": self._leaves, "is_behind": self._is_behind(), **more}
         if offset := self._offset():
             report |= {"clock_ahead_ms": round(offset.ahead_s * 1e3, 3), "clock_bound_ms": round(offset.bound_s * 1e3, 3), "clock_is_off": self._clock_is_off}
         report |= {"cores": len(os.sched_getaffinity(0)), "costs": self._costs, "moved_by": self.feed.moved_by}
@@ -276,7 +216,8 @@ class Node:
             offset = self._offset()
             is_off = offset is not None and self.identity["mode"] == "realtime" and offset.is_beyond(self.options.max_skew_ms / 1e3)
             if is_off and not self._clock_is_off:
-                print(f"camrig farm: node {self.options.name} has no cameras: its clock is {offset}; --max-skew-ms is {self.options.max_skew_ms:g}", file=sys.stderr, flush=True)
+                why = f"its clock is {offset}; --max-skew-ms is {self.options.max_skew_ms:g}"
+                print(f"camrig farm: node {self.options.name} has no cameras: {why}", file=sys.stderr, flush=True)
             self._clock_is_off = is_off
             await asyncio.sleep(CLOCK_S)
 

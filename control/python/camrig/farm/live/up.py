@@ -19,10 +19,11 @@ from typing import Any, Sequence
 from ...command_line import Parser, read_token
 from ...errors import CamrigError
 from .clock import WallClock
+from .daemon import NodeOptions
 from .door import Door
 from .log import Subjects, connect
 from .metrics import MetricsPage
-from .node import NodeOptions, run_node
+from .node import run_node
 
 
 #: For nodes to start and come to where the world is.
