@@ -13,7 +13,7 @@ import json
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, Callable
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from live_parts import cost, lockstep, realtime  # noqa: E402
@@ -31,7 +31,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=600.0, help="of lockstep, and a tenth of it disturbed")
     for name, value, text in (("commands", 1000, "in lockstep"), ("kills", 20, "of each kind, in real time"), ("seed", 1, "of all that is random")):
         parser.add_argument(f"--{name}", type=int, default=value, help=text)
-    parser.add_argument("--only", nargs="+", choices=_PARTS, default=_PARTS, help="the other parts keep their numbers")
+    parser.add_argument("--only", nargs="*", choices=_PARTS, default=_PARTS, help="the other parts keep the numbers that they had; nothing: only --write")
     parser.add_argument("--keep", help="folder for logs of nodes")
     parser.add_argument("--write", action="store_true", help="into docs/farm.md")
     options = parser.parse_args()
@@ -39,17 +39,14 @@ def main() -> int:
     found: dict[str, Any] = json.loads(_NUMBERS.read_text()) if _NUMBERS.exists() else {}
     with tempfile.TemporaryDirectory(prefix="camrig-farm-live-", ignore_cleanup_errors=True) as temporary:
         folder = Path(options.keep or temporary)
-        if "lockstep" in options.only:
-            found["lockstep"] = lockstep.run(folder / "lockstep", verdicts, seconds=options.seconds, count=options.commands, seed=options.seed)
-            write_json(_NUMBERS, found)
-        if "disturbed" in options.only:
-            found["disturbed"] = lockstep.run(folder / "disturbed", verdicts, seconds=options.seconds / 10, count=options.commands // 10, seed=options.seed + 100, disturb=True)
-            write_json(_NUMBERS, found)
-        if "realtime" in options.only:
-            found["realtime"] = realtime.run(folder / "realtime", verdicts, kills=options.kills, seed=options.seed)
-            write_json(_NUMBERS, found)
-        if "cost" in options.only:
-            found["cost"] = cost.run(folder / "cost", verdicts)
+        parts: dict[str, Callable[[Path], dict[str, Any]]] = {
+            "lockstep": lambda to: lockstep.run(to, verdicts, seconds=options.seconds, count=options.commands, seed=options.seed),
+            "disturbed": lambda to: lockstep.run(to, verdicts, seconds=options.seconds / 10, count=options.commands // 10, seed=options.seed + 100, disturb=True),
+            "realtime": lambda to: realtime.run(to, verdicts, kills=options.kills, seed=options.seed),
+            "cost": lambda to: cost.run(to, verdicts),
+        }
+        for name in options.only:
+            found[name] = {**parts[name](folder / name), "commit": report.commit()}
             write_json(_NUMBERS, found)
     if options.write:
         report.put(report.REPOSITORY / "docs" / "farm.md", "live", page_part(found), "`tests/farm/live.py --write`")

@@ -23,6 +23,7 @@ from test_command_log import commands, people_of  # noqa: E402
 _CAMERAS, _CLIENTS = 24, 3
 _STEP_S = 0.2
 _STEPS_OF_A_CHECK = 10
+_HOUR_NS = 3600 * 10**9
 
 Picture = tuple[int, int, str]  # time, number, hash
 
@@ -35,8 +36,8 @@ def pictures(rig: camrig.Rig, verdicts: list[str]) -> dict[str, Picture]:
         shown[camera.name] = (frame.time_ns, frame.sequence, hashlib.sha256(frame.image.tobytes()).hexdigest())
         if camera.name.startswith("cam"):
             code = camrig.read_code(frame.image)
-            # Noise and knocks may make a strip unreadable, but never another one.
-            if code is not None and (code.time_ns, code.sequence) != (frame.time_ns, frame.sequence):
+            # Noise may garble a strip so that its checksum holds all the same; then it says no time of this world.
+            if code is not None and code.time_ns <= frame.time_ns + _HOUR_NS and (code.time_ns, code.sequence) != (frame.time_ns, frame.sequence):
                 verdicts.append(f"{camera.name}: {code} in frame {frame.sequence} of {frame.time_ns} ns")
     return shown
 
@@ -119,7 +120,8 @@ def run(folder: Path, verdicts: Verdicts, *, seconds: float, count: int, seed: i
         entries = log_of(farm)
         nodes = len(set(owners.values()))
     found = {"seconds": round(took_s, 1), "commands": clients.sent, "entries": len(entries), "steps": step, "checks": len(checks), "cameras": len(owners), "nodes": nodes,
-             "pictures": sum(len(shown) for _, shown in checks), "slowest_step_s": round(slowest_s, 3)}
+             "pictures": sum(len(shown) for _, shown in checks), "slowest_step_s": round(slowest_s, 3),
+             "unequal_checks": len(unequal), "wrong_stamps": len(wrong_stamps)}
     verdicts.check(f"{name}: all commands were taken", not clients.failed and clients.sent == count, clients.failed[:3] or clients.sent)
     verdicts.check(f"{name}: the state of all nodes was equal at {len(checks)} checks", not unequal, unequal[:2] or "")
     verdicts.check(f"{name}: no frame with another's stamp", not wrong_stamps, wrong_stamps[:3] or "")
