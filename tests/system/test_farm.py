@@ -16,6 +16,7 @@ from conftest import REPOSITORY, wait_until
 from test_command_log import SMALL, commands, digest, people_of, pictures, start
 
 import camrig
+from camrig.places import find_binary
 
 sys.path.insert(0, str(REPOSITORY / "tests" / "farm"))
 from live_parts import farm as live_farm  # noqa: E402
@@ -250,6 +251,25 @@ def test_a_farm_is_commanded_by_tcp_with_its_token(tmp_path):
         rig.call("camera.create", name="cam", fps=5, **SMALL)
         assert rig.camera("cam").frame().image.shape == (120, 160, 3)
         assert all(camera["http"].startswith("http://127.0.0.2:") for camera in rig.call("farm.status")["cameras"])
+
+
+def test_stock_clients_read_cameras_where_the_farm_says(tmp_path):
+    with farm(nodes=2, scene="minimal") as (rig, facts):
+        for number in range(4):
+            rig.call("camera.create", name=f"eye{number}", fps=10, **SMALL)
+        one_of_each = {camera["node"]: camera for camera in rig.call("farm.status")["cameras"]}
+        assert set(one_of_each) == {"node1", "node2"}
+        for camera in one_of_each.values():
+            read = ["ffmpeg", "-loglevel", "error", "-rtsp_transport", "tcp", "-i", camera["rtsp"], "-frames:v", "3", "-f", "framecrc", "-"]
+            shown = subprocess.run(read, capture_output=True, text=True, timeout=60)
+            assert shown.returncode == 0 and len([line for line in shown.stdout.splitlines() if not line.startswith("#")]) == 3, shown.stderr
+            got = subprocess.run(["curl", "-sN", "--max-time", "3", camera["http"]], capture_output=True, timeout=60).stdout
+            assert got.count(b"X-Sequence") >= 2
+        command = lambda *words: subprocess.run([find_binary(), "--control", facts["control"], *words], capture_output=True, text=True, timeout=60)
+        assert command("camera", "set", "eye1", "--vfov-deg", "41").returncode == 0
+        assert "eye1  160x120   10    41" in command("camera", "list").stdout
+        assert command("snapshot", "eye2", "-o", str(tmp_path / "eye2.png")).returncode == 0
+        assert (tmp_path / "eye2.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize("words, says", [
