@@ -11,6 +11,7 @@ import asyncio
 import collections
 import contextlib
 import json
+import sys
 import time
 import urllib.parse
 from dataclasses import dataclass
@@ -29,6 +30,8 @@ LEASE_S, RENEW_S = 2.0, 0.5
 #: NATS takes no longer messages by itself.
 MAX_ENTRY_BYTES = 1_000_000
 _MAX_TOLD = 1024
+#: So long nothing is said of a bus that is not there.
+_PATIENCE_S = 5.0
 
 
 class Overtaken(Exception):
@@ -65,7 +68,10 @@ async def connect(urls: str) -> Bus:
             is_good = False
         if not is_good:
             raise CamrigError("invalid_argument", f"--nats: '{url}' is not nats://HOST:PORT")
-    return await nats.connect(servers, max_reconnect_attempts=-1, reconnect_time_wait=0.2, error_cb=quiet, allow_reconnect=True)
+    joining = asyncio.ensure_future(nats.connect(servers, max_reconnect_attempts=-1, reconnect_time_wait=0.2, error_cb=quiet, allow_reconnect=True))
+    if not (await asyncio.wait([joining], timeout=_PATIENCE_S))[0]:
+        print(f"camrig farm: no NATS server answers yet at {urls}", file=sys.stderr, flush=True)
+    return await joining
 
 
 class CommandLog:

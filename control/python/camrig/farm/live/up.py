@@ -55,13 +55,13 @@ class Farm:
     async def run(self) -> int:
         try:
             url = self._options.nats or await self._start_bus()
-            bus = await self._connect(url)
+            bus = await connect(url)
             self._url = url
             self.door = Door(bus, Subjects(self._options.farm), self._options.control or os.path.join(self._folder.name, "farm.sock"))
             await self.door.open()
             for _ in range(self._options.nodes):
                 await self._start_node()
-            await asyncio.wait_for(self._all_there(self._options.nodes), _START_S)
+            await self._wait_for(self._options.nodes)
             self.door.scale = self._scale
             _serve_metrics(self.door, self._options)
             for camera in json.loads(Path(self._options.cameras).read_text()) if self._options.cameras else []:
@@ -80,6 +80,12 @@ class Farm:
         while len(self.door.owners()) < count or not any(one["is_sequencer"] for one in self.door.nodes().values()):
             await asyncio.sleep(0.02)
 
+    async def _wait_for(self, count: int) -> None:
+        try:
+            await asyncio.wait_for(self._all_there(count), _START_S)
+        except asyncio.TimeoutError:
+            raise CamrigError("unavailable", f"{len(self.door.owners())} of {count} nodes are there after {_START_S:.0f} s") from None
+
     async def _scale(self, count: int) -> dict[str, Any]:
         """More nodes, or fewer: the youngest go, and tell it before they do."""
         async with self._scaling:
@@ -94,19 +100,8 @@ class Farm:
             for name in going:
                 del self._children[name]
             self._leaving -= set(going)
-            try:
-                await asyncio.wait_for(self._all_there(count), _START_S)
-            except asyncio.TimeoutError:
-                raise CamrigError("unavailable", f"farm.scale: {len(self.door.owners())} of {count} nodes are there after {_START_S:.0f} s") from None
+            await self._wait_for(count)
             return {"nodes": sorted(self._children)}
-
-    async def _connect(self, url: str) -> Any:
-        for _ in range(100):
-            try:
-                return await connect(url)
-            except OSError:
-                await asyncio.sleep(0.05)
-        raise CamrigError("unavailable", f"no NATS server at {url}")
 
     async def _start_bus(self) -> str:
         port = _free_port()
