@@ -80,6 +80,10 @@ WorldStatus Rig::status() const {
     return world_status_of(connections_->call("world.status"));
 }
 
+std::filesystem::path Rig::save(const std::string& name) const {
+    return connections_->call("world.save", {{"name", name}}).at("file").get<std::string>();
+}
+
 WorldStatus Rig::load(const std::filesystem::path& scene, std::chrono::milliseconds timeout) const {
     // A file of ours is named so that the rig finds it too; else it is a shipped scene, or a path of the rig.
     std::error_code ignored;

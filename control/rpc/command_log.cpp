@@ -33,6 +33,19 @@ Result<LoggedCommand> read_command(const json& value) {
     return command;
 }
 
+Result<SavedState> read_saved(const json& value) {
+    SavedState state;
+    int version = 0;
+    JsonReader reader(value, "");
+    reader.required("camrig_save", version);
+    reader.required("world_ns", state.world_ns);
+    reader.required("hash", state.hash);
+    if (auto good = reader.finish(); !good) return std::unexpected(good.error());
+    if (version != 1 || state.world_ns < 0)
+        return error(ErrorKind::invalid_argument, "is no saved state of this version");
+    return state;
+}
+
 }  // namespace
 
 Result<ReadCommandLog> read_command_log(const std::filesystem::path& file) {
@@ -56,6 +69,13 @@ Result<ReadCommandLog> read_command_log(const std::filesystem::path& file) {
             if (!value->is_object() || value->value("camrig_log", json()) != 1 || !value->contains("identity"))
                 return std::unexpected(bad_line(file, line, "no log of commands of this version begins so"));
             log.identity = (*value)["identity"];
+        } else if (log.saved) {
+            return std::unexpected(bad_line(file, line, "nothing comes behind the state of a saved world"));
+        } else if (value->is_object() && value->contains("camrig_save")) {
+            auto saved = read_saved(*value);
+            if (!saved) return std::unexpected(bad_line(file, line, saved.error().message));
+            log.saved = std::move(*saved);
+            continue;
         } else {
             auto command = read_command(*value);
             if (!command) return std::unexpected(bad_line(file, line, command.error().message));
@@ -100,6 +120,29 @@ Result<std::shared_ptr<CommandLogWriter>> CommandLogWriter::go_on(const std::fil
     if (!made || ::ftruncate(made.get(), static_cast<off_t>(log.whole_bytes)) != 0)
         return error(ErrorKind::unavailable, file.string() + ": cannot be written: " + std::strerror(errno));
     return std::shared_ptr<CommandLogWriter>(new CommandLogWriter(std::move(made), file.string(), log.whole_bytes));
+}
+
+Result<std::filesystem::path> save_world(const LogPlace& log, const std::string& name, const SavedState& state) {
+    const std::filesystem::path file = log.file.string() + "." + name + ".save", part = file.string() + ".part";
+    std::error_code failed;
+    if (std::filesystem::exists(file, failed))
+        return error(ErrorKind::already_exists, file.string() + ": is there already; give another name");
+    const auto give_up = [&](const std::string& why) {
+        std::filesystem::remove(part, failed);
+        return error(ErrorKind::unavailable, file.string() + ": cannot be written: " + why);
+    };
+    if (!std::filesystem::copy_file(log.file, part, std::filesystem::copy_options::overwrite_existing, failed))
+        return give_up(failed.message());
+    std::filesystem::resize_file(part, log.bytes, failed);  // without what was written since
+    if (failed) return give_up(failed.message());
+    const std::string line = json{{"camrig_save", 1}, {"world_ns", state.world_ns}, {"hash", state.hash}}.dump() + "\n";
+    const UniqueFd end(::open(part.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
+    if (!end || ::write(end.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
+        ::fsync(end.get()) != 0)
+        return give_up(std::strerror(errno));
+    std::filesystem::rename(part, file, failed);
+    if (failed) return give_up(failed.message());
+    return file;
 }
 
 void CommandLogWriter::begin(const json& identity) {

@@ -3,18 +3,18 @@
 #include <atomic>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
+#include "control/rpc/rpc_server.h"
 #include "core/base/result.h"
 #include "core/base/unique_fd.h"
 #include "core/engine/command.h"
 
 namespace camrig::control {
-
-class RpcServer;
 
 /// A command as a log has it.
 struct LoggedCommand {
@@ -24,13 +24,20 @@ struct LoggedCommand {
     std::size_t line = 0;  ///< of the file, from 1
 };
 
+/// The last line of a saved world (world.save): what its state was, to be compared when all has been done again.
+struct SavedState {
+    TimeNs world_ns = 0;
+    std::string hash;  ///< as world.digest tells it
+};
+
 /// A log of commands as it was read: a line of JSON for what it is of, then one for each command, in the order in which
 /// they were done. A last line that was cut off is as if it were not there.
 struct ReadCommandLog {
     std::filesystem::path file;
     nlohmann::json identity;
     std::vector<LoggedCommand> commands;
-    std::uintmax_t whole_bytes = 0;  ///< without what was cut off
+    std::uintmax_t whole_bytes = 0;  ///< without what was cut off, and without the last line of a saved world
+    std::optional<SavedState> saved = {};
 };
 
 inline constexpr std::uintmax_t max_log_bytes = std::uintmax_t{1} << 30;
@@ -57,6 +64,8 @@ public:
     /// While it is, what is noted is not written: it stands there already.
     void set_muted(bool is_muted) { is_muted_ = is_muted; }
     void note(TimeNs at_ns, const std::string& text) override;
+    /// Of the engine's thread, which writes: what stands there now.
+    LogPlace place() const { return {name_, bytes_}; }
 
 private:
     CommandLogWriter(UniqueFd file, std::string name, std::uintmax_t bytes)
@@ -69,8 +78,13 @@ private:
     std::atomic<bool> is_muted_{false};
 };
 
+/// A world of its own file beside the log, LOG.NAME.save: what stands in the log, and a line that says what comes of
+/// it. already_exists: a world of this name is saved. unavailable: it cannot be written.
+Result<std::filesystem::path> save_world(const LogPlace& log, const std::string& name, const SavedState& state);
+
 /// Does all of it again, as fast as the machine can, on a rig of world time 0 that may not run yet (in real time with
-/// the limit 0). Afterwards world time is that of the last command, and runs on. Errors name the line.
+/// the limit 0). Afterwards world time is that of the last command, or of the saved state, and runs on. Errors name the
+/// line, or that the state is not the saved one.
 Result<void> replay(const ReadCommandLog& log, RpcServer& rpc);
 
 }  // namespace camrig::control

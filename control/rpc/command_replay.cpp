@@ -32,8 +32,10 @@ public:
         last_ns_ = command.at_ns;
         return has_time ? Result<void>() : change_clock(command.method);
     }
-    Result<void> finish() {
-        if (auto good = reach(std::max(last_ns_, target_ns_)); !good) return good;
+    Result<void> finish(const std::optional<SavedState>& saved) {
+        if (auto good = reach(std::max({last_ns_, target_ns_, saved ? saved->world_ns : 0})); !good) return good;
+        if (saved)
+            if (auto same = compare(*saved); !same) return same;
         if (is_lockstep_) return {};
         if (auto set = call("world.limit", {{"clock_ns", now_ns_}}); !set) return set;
         return call("world.limit", {{"until_ns", max_time_ns}});
@@ -55,10 +57,20 @@ private:
         } else {
             auto there = send("world.digest", {{"at_ns", world_ns}});
             if (auto raised = call("world.limit", {{"until_ns", world_ns}}); !raised) return raised;
-            if (auto answer = there.get(); !answer) return std::unexpected(answer.error());
+            if (const auto answer = there.get(); !answer) return std::unexpected(answer.error());
         }
         now_ns_ = world_ns;
         return collect();
+    }
+    Result<void> compare(const SavedState& saved) {
+        auto told = send("world.digest", {{"at_ns", saved.world_ns}}).get();
+        if (!told) return std::unexpected(told.error());
+        const std::string hash = told->value("hash", "");
+        if (hash == saved.hash) return {};
+        return error(ErrorKind::invalid_argument, "what comes of its commands is not the world that was saved: at " +
+                                                      std::to_string(saved.world_ns) + " ns that had the hash " +
+                                                      saved.hash + ", this one has " + hash +
+                                                      "; was it saved by another build of camrig?");
     }
     Result<void> change_clock(const std::string& method) {
         if (auto good = collect(); !good) return good;
@@ -72,19 +84,22 @@ private:
             if (auto given = answer.get(); !given) return at("line " + std::to_string(line), given.error());
         return {};
     }
-    std::future<Result<void>> send(const std::string& method, const json& params) {
-        auto promise = std::make_shared<std::promise<Result<void>>>();
+    std::future<Result<json>> send(const std::string& method, const json& params) {
+        auto promise = std::make_shared<std::promise<Result<json>>>();
         auto answer = promise->get_future();
         const json request = {{"jsonrpc", "2.0"}, {"id", 0}, {"method", method}, {"params", params}};
         rpc_.handle(request.dump(), [promise, method](const RpcAnswer& reply) {
             const json value = json::parse(reply.joined(), nullptr, false);
-            if (value.is_object() && value.contains("result")) return promise->set_value({});
+            if (value.is_object() && value.contains("result")) return promise->set_value(value["result"]);
             const std::string why = value.is_object() ? value["error"].value("message", "") : "no answer";
             promise->set_value(error(ErrorKind::invalid_argument, method + ": " + why));
         });
         return answer;
     }
-    Result<void> call(const std::string& method, const json& params) { return send(method, params).get(); }
+    Result<void> call(const std::string& method, const json& params) {
+        if (const auto answer = send(method, params).get(); !answer) return std::unexpected(answer.error());
+        return {};
+    }
 
     RpcServer& rpc_;
     const bool is_lockstep_;
@@ -92,19 +107,19 @@ private:
     TimeNs end_ns_;
     TimeNs now_ns_ = 0, last_ns_ = 0;
     TimeNs target_ns_ = 0;  ///< of the last world.step
-    std::vector<std::pair<std::future<Result<void>>, std::size_t>> waiting_;
+    std::vector<std::pair<std::future<Result<json>>, std::size_t>> waiting_;
 };
 
 }  // namespace
 
 Result<void> replay(const ReadCommandLog& log, RpcServer& rpc) {
-    TimeNs end_ns = 0;
+    TimeNs end_ns = log.saved ? log.saved->world_ns : 0;
     for (const LoggedCommand& command : log.commands) end_ns = std::max(end_ns, command.at_ns);
     Replay again(rpc, log.identity.value("mode", "") == "lockstep", end_ns);
     if (auto begun = again.begin(); !begun) return begun;
     for (const LoggedCommand& command : log.commands)
         if (auto done = again.run(command); !done) return done;
-    return again.finish();
+    return again.finish(log.saved);
 }
 
 }  // namespace camrig::control

@@ -1,6 +1,8 @@
+#include "control/rpc/command_log.h"
 #include "control/rpc/method_fields.h"
 #include "control/rpc/methods.h"
 #include "control/rpc/scene_digest.h"
+#include "core/base/names.h"
 
 // What makes worlds on several machines one: how far each may run, and whether they are the same.
 namespace camrig::control {
@@ -45,6 +47,50 @@ void identify(RpcContext& context, const json&, RpcReply done) {
             };
             if (!context.loader->post(tell))
                 done(error(ErrorKind::resource_exhausted, "scenes wait to be read already; ask again later"));
+        }});
+}
+
+/// World time from now on until when the state is taken, while the world runs: all that is due by then is in it.
+constexpr TimeNs save_ahead_ns = 50'000'000;
+
+/// The engine says what the state is, and at the same moment how long the log was; another thread copies that.
+void save_at(RpcContext& context, TimeNs at_ns, const std::string& name, const RpcReply& done) {
+    context.commands.post(engine::Request<engine::GetDigest>{
+        {},
+        [&context, name, done](Result<engine::GetDigest::Reply> digest) {
+            if (!digest) return done(std::unexpected(digest.error()));
+            const auto write = [log = context.log(), name, done,
+                                state = SavedState{digest->world_ns, hex_text(digest->value)},
+                                count = digest->command_count] {
+                const auto file = save_world(log, name, state);
+                if (!file) return done(std::unexpected(file.error()));
+                done(json{{"file", file->string()},
+                          {"world_ns", state.world_ns},
+                          {"hash", state.hash},
+                          {"command_count", count}});
+            };
+            if (!context.loader->post(write))
+                done(error(ErrorKind::resource_exhausted, "scenes wait to be read already; ask again later"));
+        },
+        at_ns});
+}
+
+void save(RpcContext& context, const json& params, RpcReply done) {
+    std::string name;
+    JsonReader reader(params, "");
+    reader.required("name", name);
+    if (auto good = reader.finish(); !good) return done(std::unexpected(good.error()));
+    if (auto good = check_name("name", name); !good) return done(std::unexpected(good.error()));
+    if (!context.log)
+        return done(
+            error(ErrorKind::unavailable,
+                  "this rig keeps no log of commands, of which a saved world is made; start it with serve --log "
+                  "FILE"));
+    context.commands.post(engine::Request<engine::GetWorld>{
+        {}, [&context, name, done](Result<engine::WorldState> world) {
+            if (!world) return done(std::unexpected(world.error()));
+            const bool runs = world->mode == engine::RunMode::realtime && !world->paused;
+            save_at(context, world->world_ns + (runs ? save_ahead_ns : 0), name, done);
         }});
 }
 
@@ -93,6 +139,19 @@ std::vector<Method> replica_methods(RpcContext& context) {
                     {"parts", "object", "with `parts`, hashes by name; else empty"}},
          .errors = {invalid_argument},
          .handler = handler_of(context, digest, digest_json)},
+        {.name = "world.save",
+         .summary =
+             "Saves the world in a file beside the rig's log of commands: the log up to now, and what its state is. "
+             "`serve --replay FILE` makes that world again and compares.",
+         .params = {{"name", "string", "of the file: LOG.NAME.save; 1 to 24 of a-z, 0-9 and _", true}},
+         .result = {{"file", "string", "that was written"},
+                    {"world_ns", "integer", "world time of the state", false, "ns"},
+                    {"hash", "string", "of the state, as world.digest tells it"},
+                    {"command_count", "integer", "commands that are in it"}},
+         .errors = {invalid_argument, already_exists, unavailable, resource_exhausted},
+         .handler = [&context](const json& params, RpcReply done) { save(context, params, std::move(done)); },
+         .example = R"({"name": "before_lunch"})",
+         .reads_files = true},
         {.name = "rig.identity",
          .summary = "What has to be equal in rigs that are to hold the same world.",
          .params = {},

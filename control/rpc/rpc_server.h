@@ -19,6 +19,12 @@
 
 namespace camrig::control {
 
+/// A log of commands: its file, and how much of that is written.
+struct LogPlace {
+    std::filesystem::path file;
+    std::uintmax_t bytes = 0;
+};
+
 /// What the methods work on; all of it must outlive the server's stop().
 struct RpcContext {
     engine::CommandPort& commands;
@@ -36,6 +42,8 @@ struct RpcContext {
     std::filesystem::path scenes = {};
     /// Facts of this program, by name: build and the mathematics in use (rig.identity). May be empty.
     std::function<nlohmann::json()> identity = {};
+    /// The log of commands as it is when this is called, on the engine's thread; may be empty: there is none.
+    std::function<LogPlace()> log = {};
     /// Somebody keeps a log of commands, or compares what they were: they come with their text.
     bool keeps_text = false;
 

@@ -136,6 +136,48 @@ def test_a_log_makes_the_same_world_again(tmp_path, mode):
     assert after == before
 
 
+@pytest.mark.parametrize("mode", ["lockstep", "realtime"])
+def test_a_saved_world_is_restored_and_compared(tmp_path, mode):
+    log = tmp_path / "commands.log"
+    with start(mode=mode, args=["--log", str(log)]) as rig:
+        people = people_of(rig)
+        line = commands(6, people)
+        for method, params in itertools.islice(line, 12):
+            rig.call(method, **params)
+            rig.step(seconds=0.05) if mode == "lockstep" else time.sleep(0.02)
+        saved = rig.save("before")
+        assert saved["file"] == f"{log}.before.save" and saved["command_count"] == 12
+        shown = pictures(rig) if mode == "lockstep" else None
+        with pytest.raises(camrig.CamrigError, match="is there already"):
+            rig.save("before")
+        with pytest.raises(camrig.CamrigError, match="is not a name"):
+            rig.save("../before")
+        # What comes afterwards is not in it.
+        for method, params in itertools.islice(line, 5):
+            rig.call(method, **params)
+    file = tmp_path / "commands.log.before.save"
+    with start(mode=mode, args=["--replay", str(file), "--log", str(tmp_path / "branch.log")]) as rig:
+        assert digest(rig)["command_count"] == 12 and rig.status()["world_ns"] >= saved["world_ns"]
+        if mode == "lockstep":
+            assert digest(rig)["hash"] == saved["hash"] and pictures(rig) == shown
+        rig.call("camera.set", name="cam0", vfov_deg=50)  # a branch goes on, without the line of the save
+    with start(mode=mode, args=["--replay", str(tmp_path / "branch.log")]) as rig:
+        assert digest(rig)["command_count"] == 13
+    lines = file.read_text().splitlines()
+    told = json.loads(lines[-1])
+    file.write_text("\n".join([*lines[:-1], json.dumps({**told, "hash": "0123456789abcdef"})]) + "\n")
+    with pytest.raises(camrig.CamrigError, match="is not the world that was saved.*0123456789abcdef"):
+        start(mode=mode, args=["--replay", str(file)])
+    file.write_text("\n".join([*lines, lines[-2]]) + "\n")
+    with pytest.raises(camrig.CamrigError, match=f"line {len(lines) + 1}: nothing comes behind"):
+        start(mode=mode, args=["--replay", str(file)])
+
+
+def test_a_rig_without_a_log_saves_nothing():
+    with start("minimal", mode="lockstep") as rig, pytest.raises(camrig.CamrigError, match="keeps no log"):
+        rig.save("it")
+
+
 def test_after_kill_9_the_log_goes_on_where_it_ended(tmp_path):
     log = tmp_path / "commands.log"
     rig = start(mode="lockstep", args=["--log", str(log)])

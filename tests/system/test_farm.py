@@ -9,12 +9,17 @@ import subprocess
 import sys
 import threading
 import time
+import urllib.request
 
 import pytest
 from conftest import REPOSITORY, wait_until
 from test_command_log import SMALL, commands, digest, people_of, pictures, start
 
 import camrig
+from camrig.places import find_binary
+
+sys.path.insert(0, str(REPOSITORY / "tests" / "farm"))
+from live_parts import farm as live_farm  # noqa: E402
 
 
 @contextlib.contextmanager
@@ -157,3 +162,122 @@ def test_a_node_of_another_world_cannot_join():
         other = subprocess.run(command, capture_output=True, text=True, timeout=40, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "control/python")})
         assert other.returncode == 1 and "cannot join: seed is 99, the farm's is 1" in other.stderr
         assert len(nodes_of(rig)) == 1
+
+
+def test_nodes_come_and_go_while_the_farm_runs_and_all_metrics_are_one_page():
+    with farm("--metrics", "127.0.0.1:0", nodes=1, scene="minimal") as (rig, facts):
+        for number in range(6):
+            rig.call("camera.create", name=f"cam{number}", fps=5, **SMALL)
+        assert rig.call("farm.scale", nodes=3) == {"nodes": ["node1", "node2", "node3"]}
+        owners = {camera["camera"]: camera["node"] for camera in rig.call("farm.status")["cameras"]}
+        assert len(set(owners.values())) > 1
+        with urllib.request.urlopen(facts["metrics"]) as page:
+            text = page.read().decode()
+        for node in ("node1", "node2", "node3"):
+            assert f'camrig_farm_node_up{{node="{node}"}} 1' in text and f'camrig_world_time_seconds{{node="{node}"}}' in text
+        assert text.count("# TYPE camrig_world_time_seconds ") == 1
+        for camera, node in owners.items():
+            assert f'camrig_farm_camera_owner{{node="{node}",camera="{camera}"}} 1' in text
+        assert rig.call("farm.scale", nodes=1) == {"nodes": ["node1"]}
+        assert {camera["node"] for camera in rig.call("farm.status")["cameras"]} == {"node1"}
+        assert rig.call("camera.set", name="cam3", vfov_deg=44)["applied_ns"] > 0
+        with pytest.raises(camrig.CamrigError, match="nodes: a number from 1"):
+            rig.call("farm.scale", nodes=0)
+
+
+def test_who_is_cut_off_shows_no_standing_pictures_and_comes_back(tmp_path):
+    """Its world stands then, and its cameras are others'; so its rig ends, and its readers' connections with it."""
+    with live_farm.Farm(tmp_path, "minimal", nodes=2) as far:
+        far.rig.call("camera.create", name="cam", fps=5, **SMALL)
+        name = next(name for name in far.nodes if name != far.sequencer())
+        facts = far.facts_of(name)
+        wait_until(lambda: "cam" in [camera.name for camera in camrig.connect(facts["control"]).cameras()], 20, "the node to have the camera too")
+        reader = urllib.request.urlopen(f"http://127.0.0.1:{facts['http']}/cameras/cam/stream.mjpg", timeout=30)
+        assert reader.read(100)
+        far.nodes[name].link.set_up(False)
+        deadline = time.monotonic() + 30
+        while reader.read(65536):
+            assert time.monotonic() < deadline, "it goes on showing what stands"
+        with pytest.raises(OSError):
+            urllib.request.urlopen(f"http://127.0.0.1:{facts['http']}/cameras/cam/snapshot.jpg", timeout=30)
+        wait_until(lambda: set(far.owners().values()) == {far.sequencer()}, 20, "the camera to be another's")
+        far.nodes[name].link.set_up(True)
+        wait_until(lambda: any(node["node"] == name and node["rig_pid"] != facts["rig_pid"] and not node["is_behind"] for node in nodes_of(far.rig)), 30, "it to be back")
+        assert len(set(live_farm.digests_at_one_time(far).values())) == 1
+
+
+def test_who_looks_after_a_command_sees_it_on_every_node(tmp_path):
+    """Also on one whose clock, and so its world, is late."""
+    with live_farm.Farm(tmp_path, "minimal", nodes=1) as far:
+        late = live_farm.Node(far, "late", "--clock-ahead-ms", "-300", "--max-skew-ms", "1000")
+        try:
+            wait_until(lambda: any(node["node"] == "late" and not node["is_behind"] for node in nodes_of(far.rig)), 30, "the second node")
+            for number in range(8):
+                far.rig.call("camera.create", name=f"cam{number}", fps=5, **SMALL)
+                assert far.rig.call("camera.get", name=f"cam{number}")["fps"] == 5  # of its owner
+                far.rig.call("camera.set", name=f"cam{number}", fps=8)
+                assert far.rig.call("camera.get", name=f"cam{number}")["fps"] == 8
+            assert set(far.owners().values()) == {"node1", "late"}
+        finally:
+            late.kill()
+
+
+def test_a_clock_that_is_off_is_named_and_its_node_has_no_cameras(tmp_path):
+    with live_farm.Farm(tmp_path, "minimal", nodes=1) as far:
+        for number in range(8):
+            far.rig.call("camera.create", name=f"cam{number}", fps=5, **SMALL)
+        early = live_farm.Node(far, "early", "--clock-ahead-ms", "300")
+        try:
+            wait_until(lambda: any(node.get("clock_is_off") for node in nodes_of(far.rig)), 30, "the clock to be compared")
+            facts = far.facts_of("early")
+            assert abs(facts["clock_ahead_ms"] - 300) <= facts["clock_bound_ms"] + 0.1
+            assert "its clock is " in early.log.read_text() and set(far.owners().values()) == {"node1"}
+            wait_until(lambda: not far.facts_of("early")["is_behind"], 20)
+            hashes = live_farm.digests_at_one_time(far)
+            assert len(hashes) == 2 and len(set(hashes.values())) == 1  # late or early, it is the same world
+        finally:
+            early.kill()
+
+
+def test_a_farm_is_commanded_by_tcp_with_its_token(tmp_path):
+    token = tmp_path / "token"
+    token.write_text("0123456789abcdef\n")
+    far_away = ("--host", "127.0.0.2", "--token-file", str(token))
+    with live_farm.Farm(tmp_path, "minimal", nodes=2, node_options=far_away, door_options=("--token-file", str(token), "--tcp", "127.0.0.1:0")) as far:
+        host, _, port = far.door["tcp"].rpartition(":")
+        with pytest.raises(camrig.CamrigError, match="shows the farm's token"):
+            camrig.connect(host=host, port=int(port), token="fedcba9876543210")
+        rig = camrig.connect(host=host, port=int(port), token="0123456789abcdef")
+        rig.call("camera.create", name="cam", fps=5, **SMALL)
+        assert rig.camera("cam").frame().image.shape == (120, 160, 3)
+        assert all(camera["http"].startswith("http://127.0.0.2:") for camera in rig.call("farm.status")["cameras"])
+
+
+def test_stock_clients_read_cameras_where_the_farm_says(tmp_path):
+    with farm(nodes=2, scene="minimal") as (rig, facts):
+        for number in range(4):
+            rig.call("camera.create", name=f"eye{number}", fps=10, **SMALL)
+        one_of_each = {camera["node"]: camera for camera in rig.call("farm.status")["cameras"]}
+        assert set(one_of_each) == {"node1", "node2"}
+        for camera in one_of_each.values():
+            read = ["ffmpeg", "-loglevel", "error", "-rtsp_transport", "tcp", "-i", camera["rtsp"], "-frames:v", "3", "-f", "framecrc", "-"]
+            shown = subprocess.run(read, capture_output=True, text=True, timeout=60)
+            assert shown.returncode == 0 and len([line for line in shown.stdout.splitlines() if not line.startswith("#")]) == 3, shown.stderr
+            got = subprocess.run(["curl", "-sN", "--max-time", "3", camera["http"]], capture_output=True, timeout=60).stdout
+            assert got.count(b"X-Sequence") >= 2
+        command = lambda *words: subprocess.run([find_binary(), "--control", facts["control"], *words], capture_output=True, text=True, timeout=60)
+        assert command("camera", "set", "eye1", "--vfov-deg", "41").returncode == 0
+        assert "eye1  160x120   10    41" in command("camera", "list").stdout
+        assert command("snapshot", "eye2", "-o", str(tmp_path / "eye2.png")).returncode == 0
+        assert (tmp_path / "eye2.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize("words, says", [
+    (["up"], "the following arguments are required: --scene"),
+    (["node", "--name", "a", "--nats", "nats://x", "--scene", "hall", "--host", "10.0.0.1"], "--host: give --token-file too"),
+    (["door", "--nats", "nats://x"], "--control: give the path of the socket"),
+    (["up", "--scene", "hall", "--metrics", "9090"], "'9090' is not HOST:PORT"),
+])
+def test_wrong_usage_is_one_line(words, says):
+    ran = subprocess.run([sys.executable, "-m", "camrig.farm", *words], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "control/python")})
+    assert ran.returncode == 2 and ran.stderr.count("\n") == 1 and says in ran.stderr and ran.stderr.startswith("camrig: ")

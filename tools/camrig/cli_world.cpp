@@ -88,6 +88,22 @@ void add_load(CLI::App& group, CliContext& context) {
     });
 }
 
+void add_save(CLI::App& group, CliContext& context) {
+    auto name = std::make_shared<std::string>();
+    CLI::App* save =
+        group.add_subcommand("save", "saves the world of a rig with --log beside that log, for serve --replay");
+    save->add_option("NAME", *name, "of the file: LOG.NAME.save; 1 to 24 of a-z, 0-9 and _")->required();
+    save->callback([name, &context] {
+        context.action = [name, &context] {
+            const auto saved = context.call("world.save", {{"name", *name}}, load_timeout);
+            if (!saved) return context.fail(saved.error());
+            return context.print(*saved, plain_text(saved->at("file")) + ": the world at " +
+                                             seconds_text(saved->at("world_ns")) + ", hash " +
+                                             plain_text(saved->at("hash")) + "\n");
+        };
+    });
+}
+
 }  // namespace
 
 void add_world_commands(CLI::App& app, CliContext& context) {
@@ -102,6 +118,7 @@ void add_world_commands(CLI::App& app, CliContext& context) {
     }
     add_step(*group, context);
     add_load(*group, context);
+    add_save(*group, context);
 }
 
 }  // namespace camrig::cli

@@ -82,7 +82,15 @@ Result<void> CommandHistory::begin(const ServeOptions& options, control::RpcServ
     if (writer_) writer_->set_muted(false);
     spdlog::info("--replay: {} commands done again in {:.1f} s", before_->commands.size(),
                  static_cast<double>(monotonic_now_ns() - start_ns) * 1e-9);
+    if (before_->saved)
+        spdlog::info("--replay: this is the world that was saved: its state has the hash {} at {:.3f} s",
+                     before_->saved->hash, static_cast<double>(before_->saved->world_ns) * 1e-9);
     return {};
+}
+
+std::function<control::LogPlace()> CommandHistory::log() const {
+    if (!writer_) return {};
+    return [writer = writer_] { return writer->place(); };
 }
 
 }  // namespace camrig::cli

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -18,6 +19,8 @@ public:
     void prepare(const ServeOptions& options, engine::EngineOptions& engine) const;
     /// Does again what was done, and begins to write. Before anybody else can command.
     Result<void> begin(const ServeOptions& options, control::RpcServer& rpc);
+    /// Empty: there is no log.
+    std::function<control::LogPlace()> log() const;
 
 private:
     std::optional<control::ReadCommandLog> before_;

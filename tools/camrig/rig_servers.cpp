@@ -78,7 +78,8 @@ rtsp::RtspOptions rtsp_options(const ServeOptions& options, const std::string& t
 
 }  // namespace
 
-RigServers::RigServers(const ServeOptions& options, RigInputs& inputs, RunningRig& rig)
+RigServers::RigServers(const ServeOptions& options, RigInputs& inputs, RunningRig& rig,
+                       std::function<control::LogPlace()> log)
     : options_(options),
       inputs_(inputs),
       rig_(rig),
@@ -90,7 +91,8 @@ RigServers::RigServers(const ServeOptions& options, RigInputs& inputs, RunningRi
             .how_to_command = inputs.access.how_to_command,
             .scenes = inputs.scenes,
             .identity = program_identity,
-            .keeps_text = options.is_held || !options.log.empty()}) {
+            .log = std::move(log),
+            .keeps_text = options.is_held || !options.log.empty() || !options.replay.empty()}) {
     facts_.add("version", version);
     facts_.add("pid", ::getpid());
     facts_.add("renderer", rig.engine->renderer_description());

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -22,8 +23,8 @@ namespace camrig::cli {
 /// All that a rig is reached by. Who is told of another stands after it, and ends before it.
 class RigServers {
 public:
-    /// `options`, `inputs` and `rig` outlive it. The users of `inputs` are taken.
-    RigServers(const ServeOptions& options, RigInputs& inputs, RunningRig& rig);
+    /// `options`, `inputs` and `rig` outlive it. The users of `inputs` are taken. log: as RpcContext::log.
+    RigServers(const ServeOptions& options, RigInputs& inputs, RunningRig& rig, std::function<control::LogPlace()> log);
     /// After an error some may be open.
     Result<void> open();
 

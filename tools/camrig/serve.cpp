@@ -108,7 +108,7 @@ int run_serve(const ServeOptions& options) {
     // The scene is the engine's alone: another may take its place.
     auto rig = RunningRig::start(of_rig, std::move(inputs->scene));
     if (!rig) return fail(rig.error());
-    RigServers servers(options, *inputs, **rig);
+    RigServers servers(options, *inputs, **rig, history->log());
     auto opened = history->begin(options, servers.rpc());
     if (opened) opened = servers.open();
     if (opened) {

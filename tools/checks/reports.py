@@ -25,6 +25,7 @@ PAGES = {
     "devices.md": "colours latency",
     "farm-model.md": "measured log moves batch",
     "farm-record.md": "kills",
+    "farm.md": "live",
     "getting-started.md": "first_steps",
     "mutations.md": "mutations",
     "network.md": "strategies camsim",

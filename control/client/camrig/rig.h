@@ -47,6 +47,8 @@ public:
     WorldStatus pause() const;
     WorldStatus resume() const;
     WorldStatus status() const;
+    /// The file in which a rig that keeps a log (serve --log) has saved its world, beside that log.
+    std::filesystem::path save(const std::string& name) const;
     /// Another scene. The path is the rig's, so a relative one is made absolute here.
     WorldStatus load(const std::filesystem::path& scene,
                      std::chrono::milliseconds timeout = std::chrono::minutes(2)) const;

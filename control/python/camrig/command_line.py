@@ -36,7 +36,7 @@ def connect_as_told(options: argparse.Namespace) -> Rig:
     """The rig of --control, else of $CAMRIG_CONTROL, else the default one; with the token of --token-file or $CAMRIG_TOKEN_FILE."""
     control = getattr(options, "control", None) or os.environ.get("CAMRIG_CONTROL")
     token_file = getattr(options, "token_file", None) or os.environ.get("CAMRIG_TOKEN_FILE")
-    token = _read_token(token_file) if token_file else None
+    token = read_token(token_file) if token_file else None
     if control and "/" not in control and ":" in control:
         host, _, port = control.rpartition(":")
         if not port.isdigit():
@@ -62,7 +62,7 @@ def _fail(message: str) -> int:
     return _EXIT_FAILED
 
 
-def _read_token(path: str) -> str:
+def read_token(path: str) -> str:
     try:
         return Path(path).read_text().strip()
     except OSError as problem:

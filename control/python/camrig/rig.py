@@ -114,6 +114,10 @@ class Rig:
     def resume(self) -> dict[str, Any]:
         return self.call("world.resume")
 
+    def save(self, name: str) -> dict[str, Any]:
+        """The world of a rig that was started with --log, in a file beside that; `serve --replay FILE` makes it again and compares."""
+        return self.call("world.save", name=name)
+
     def status(self) -> dict[str, Any]:
         return self.call("world.status")
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <filesystem>
+#include <fstream>
 #include <future>
 #include <string>
 #include <string_view>
@@ -8,6 +10,7 @@
 
 #include "control/rpc/rpc_server.h"
 #include "tests/unit/control/fake_rig.h"
+#include "tests/unit/control/temporary_folder.h"
 
 namespace camrig::control {
 
@@ -18,8 +21,8 @@ struct RpcHarness {
     ControlLimits limits;
     FakeRig rig;
     int shutdowns = 0;
-    RpcServer server{RpcContext{rig, rig, [] { return nlohmann::json{{"version", "1.2.3"}, {"pid", 1}}; },
-                                [this] { ++shutdowns; }, "correct-token", limits, "this is how to command"}};
+    const TemporaryFolder folder;  ///< of the log of commands, which is empty
+    RpcServer server{context()};
 
     std::string handle(std::string_view text, Authority authority = Authority::own) {
         auto answered = std::make_shared<std::promise<std::string>>();
@@ -31,6 +34,19 @@ struct RpcHarness {
         };
         server.handle(text, done, authority);
         return answer.get();
+    }
+    RpcContext context() {
+        RpcContext made{rig,
+                        rig,
+                        [] { return nlohmann::json{{"version", "1.2.3"}, {"pid", 1}}; },
+                        [this] { ++shutdowns; },
+                        "correct-token",
+                        limits,
+                        "this is how to command"};
+        const std::filesystem::path log = folder / "log";
+        std::ofstream{log};
+        made.log = [log] { return LogPlace{log, 0}; };
+        return made;
     }
     nlohmann::json call(std::string_view method, const nlohmann::json& params) {
         const nlohmann::json request{{"jsonrpc", "2.0"}, {"id", 1}, {"method", method}, {"params", params}};

@@ -14,22 +14,9 @@
 #include "control/client/rpc_client.h"
 #include "control/server/control_server.h"
 #include "tests/unit/control/fake_rig.h"
+#include "tests/unit/control/temporary_folder.h"
 
 namespace camrig::control {
-
-/// A folder of its own, removed at the end.
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        std::string name = (std::filesystem::temp_directory_path() / "camrig.XXXXXX").string();
-        path_ = ::mkdtemp(name.data());
-    }
-    ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-
-private:
-    std::filesystem::path path_;
-};
 
 inline client::Deadline soon() {
     return std::chrono::steady_clock::now() + std::chrono::seconds(20);

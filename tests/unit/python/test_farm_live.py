@@ -1,4 +1,4 @@
-"""The log, the lease and the owners of a farm, against a NATS server."""
+"""The log, the lease and the clocks of a farm, against a NATS server; owners of cameras; the page of metrics."""
 
 import asyncio
 import contextlib
@@ -11,9 +11,13 @@ import pytest
 
 from camrig.errors import CamrigError
 from camrig.farm.live import log as log_module
-from camrig.farm.live.door import owner_of
+from camrig.farm.live.clock import Comparison, Offset
+from camrig.farm.live.costs import Costs
 from camrig.farm.live.feed import Feed, raise_if_different
 from camrig.farm.live.log import CommandLog, Lease, Overtaken, Subjects, connect
+from camrig.farm.live.metrics import merged
+from camrig.farm.live.placement import FULL, ROOM, moves, order_of, owner_of
+from camrig.farm.live.roster import Roster
 from camrig.farm.live.up import find_nats_server
 
 
@@ -76,6 +80,8 @@ def test_a_lease_is_taken_only_when_it_was_not_renewed(monkeypatch):
             assert not one.is_held()
             assert await two.keep() and two.term == 2
             assert not await one.keep()
+            await two.give_back()
+            assert not two.is_held() and await one.keep() and one.term == 3
 
     asyncio.run(run())
 
@@ -87,6 +93,80 @@ def test_only_the_cameras_of_a_node_that_goes_move():
     assert all(before[camera] == after[camera] for camera in cameras if before[camera] != "c")
     counts = [list(before.values()).count(node) for node in nodes]
     assert min(counts) > 25
+
+
+def loads_of(costs, nodes, moved):
+    return {node: sum(cost for camera, cost in costs.items() if owner_of(camera, nodes, moved) == node) for node in nodes}
+
+
+def test_a_full_node_gives_cameras_to_nodes_with_room_and_they_stay_there():
+    nodes = ["a", "b", "c"]
+    cameras = [f"cam{number}" for number in range(30)]
+    of_a = [camera for camera in cameras if owner_of(camera, nodes) == "a"]
+    costs = {camera: 0.3 if camera in of_a else 0.05 for camera in cameras}
+    cores = dict.fromkeys(nodes, 2.0)
+    assert loads_of(costs, nodes, {})["a"] > FULL * 2
+    moved = moves(costs, cores, {})
+    assert moved and set(moved) <= set(of_a) and max(loads_of(costs, nodes, moved).values()) <= ROOM * 2
+    # Nothing moves back, and nothing on, while nobody is full.
+    assert moves({camera: cost / 3 for camera, cost in costs.items()}, cores, moved) == moved
+    assert moves({camera: cost * FULL / ROOM * 0.95 for camera, cost in costs.items()}, cores, moved) == moved
+    # Of a node that goes, all move; nobody else.
+    gone = moved[next(iter(moved))]
+    left = [node for node in nodes if node != gone]
+    after = moves(dict.fromkeys(cameras, 0.0), {node: 2.0 for node in left}, moved)
+    assert after == {camera: node for camera, node in moved.items() if node != gone and order_of(camera, left)[0] != node}
+
+
+def test_where_all_nodes_are_full_nothing_moves():
+    costs = {f"cam{number}": 1.0 for number in range(12)}
+    assert moves(costs, {"a": 2.0, "b": 2.0}, {}) == {} and moves(costs, {}, {"cam1": "a"}) == {}
+
+
+def test_a_clock_is_compared_by_the_quickest_round_trip(monkeypatch):
+    one = Comparison()
+    assert one.best() is None
+    one.add("a", 1_000_000_000, 1_010_000_000, 1_100_000_000)  # asked for 100 ms
+    one.add("a", 2_000_000_000, 2_000_500_000, 2_001_000_000)
+    best = one.best()
+    assert best.ahead_s == pytest.approx(0) and 0.0005 <= best.bound_s < 0.0006
+    one.add("b", 2_300_000_000, 2_002_000_000, 2_304_000_000)  # another sequencer
+    assert one.best().ahead_s == pytest.approx(0.3) and one.best().bound_s >= 0.002
+    assert one.best().is_beyond(0.005) and not Offset(0.006, 0.002).is_beyond(0.005) and Offset(-0.3, 0.002).is_beyond(0.005)
+
+
+def test_a_rigs_time_is_shared_out_by_pixels(monkeypatch):
+    times = iter([(10.0, 1.0), (20.0, 4.0)])
+    now = [0.0, 0.0]
+    monkeypatch.setattr("camrig.farm.live.costs.cpu_s", lambda pid: now[1])
+    monkeypatch.setattr("camrig.farm.live.costs.time.monotonic", lambda: now[0])
+    cameras = [{"name": "big", "size": [200, 100]}, {"name": "small", "size": [100, 100]}, {"name": "idle", "size": [900, 900]}]
+    costs = Costs(1)
+    for rendered in (5, 15):
+        now[:] = next(times)
+        told = costs.of([{"name": camera["name"], "rendered": 0 if camera["name"] == "idle" else rendered} for camera in cameras], cameras)
+    assert told == {"big": 0.2, "small": 0.1}
+
+
+def test_a_report_that_waited_in_a_dead_link_brings_nobody_back(monkeypatch):
+    now = [100.0]
+    monkeypatch.setattr("camrig.farm.live.roster.time.monotonic", lambda: now[0])
+    nodes = Roster()
+    report = {"node": "a", "life": "1", "applied": 1, "http": 1}
+    assert nodes.hear({**report, "at": 5000.0}) and nodes.live() == ["a"]  # its clock is its own
+    now[0] += 5
+    assert nodes.live() == []
+    assert not nodes.hear({**report, "at": 5000.5}) and nodes.live() == []
+    assert nodes.hear({**report, "life": "2", "http": 2, "at": 7.0}) and nodes["a"]["http"] == 2
+    assert not nodes.hear({**report, "at": 5001.0}) and nodes["a"]["http"] == 2
+    assert nodes.hear({**report, "life": "2", "http": 3, "at": 7.3}) and nodes["a"]["http"] == 3
+
+
+def test_metrics_of_all_nodes_are_one_page():
+    page = "# HELP a_total Of a.\n# TYPE a_total counter\na_total 1\n# HELP b Of b.\n# TYPE b summary\nb{camera=\"x } y\",q=\"0.5\"} 2e-3\nb_sum 4\n"
+    assert merged({"n1": page, "n2": page.replace(" 1\n", " 7\n")}) == (
+        '# HELP a_total Of a.\n# TYPE a_total counter\na_total{node="n1"} 1\na_total{node="n2"} 7\n'
+        '# HELP b Of b.\n# TYPE b summary\nb{node="n1",camera="x } y",q="0.5"} 2e-3\nb_sum{node="n1"} 4\nb{node="n2",camera="x } y",q="0.5"} 2e-3\nb_sum{node="n2"} 4\n')
 
 
 def test_the_gate_names_what_differs():

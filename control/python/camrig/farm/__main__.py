@@ -13,6 +13,7 @@ from ..command_line import Parser, run
 COMMANDS = {
     "up": ("camrig.farm.live.up:up", "runs one world on several nodes of this machine, with one control address"),
     "node": ("camrig.farm.live.up:node", "is one node of such a world, on any machine"),
+    "door": ("camrig.farm.live.up:door", "is one control address of such a world"),
     "record": ("camrig.farm.batch.record:main", "draws a data set by a plan of shards, on this machine or by Ray"),
     "plan": ("camrig.farm.batch.show_plan:main", "tells the shards of a plan, one a line, and draws nothing"),
     "check": ("camrig.farm.batch.check:main", "reads a data set again and compares it with its manifest"),

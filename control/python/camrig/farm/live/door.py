@@ -1,43 +1,57 @@
-"""One control address for a farm: speaks the whole control protocol on a Unix socket.
+"""One control address for a farm: speaks the whole control protocol on a Unix socket, and by TCP to who has the farm's token.
 
 What changes the world goes into the log, through the sequencer; what only looks goes to a node: about a camera, to the one that owns it.
-Owners follow from the names of camera and nodes alone (rendezvous hashing: Thaler, Ravishankar, "Using name-based mappings to increase hit
-rates", IEEE/ACM ToN 1998), so that every door says the same, and of a node that dies or comes only its own cameras move.
 """
 
 from __future__ import annotations
 
 import asyncio
-import hashlib
+import contextlib
+import hmac
 import json
 import os
 import time
 import uuid
-from typing import Any
+from typing import Any, Awaitable, Callable, Coroutine
 
 import nats.errors
 
 from ...errors import CamrigError, error_of_reply
 from .log import LEASE_S, Subjects
-from .wire import Wire
+from .placement import is_placeable, owner_of
+from .roster import Roster
+from .wire import CONNECT_S, Wire, connect_to
 
 #: So long a command is tried again, when the sequencer has died; and a step, which waits for readers.
 COMMAND_TIMEOUT_S, STEP_TIMEOUT_S = 15.0, 120.0
 #: So long one try waits. The command has an id: however often it is sent, it comes once.
-_TRY_S = 2.0
-_MAX_LINE = 96 << 20
+_TRY_S, _LOOK_S = 2.0, 0.1
+_MAX_REQUEST = 4 << 20
+#: Connections that have shown no token yet.
+_MAX_STRANGERS = 64
 _MAX_BATCH = 64
+#: That one machine starts.
+_MAX_NODES = 64
 
 
-def owner_of(camera: str, nodes: list[str]) -> str:
-    return max(nodes, key=lambda node: hashlib.sha256(f"{node}\0{camera}".encode()).digest())
+def _count_of(params: dict[str, Any]) -> int:
+    count = params.get("nodes")
+    if set(params) != {"nodes"} or not isinstance(count, int) or isinstance(count, bool) or not 1 <= count <= _MAX_NODES:
+        raise CamrigError("invalid_argument", f"farm.scale: nodes: a number from 1 to {_MAX_NODES}")
+    return count
 
 
 class Door:
-    def __init__(self, bus: Any, subjects: Subjects, path: str) -> None:
-        self._bus, self._subjects, self.path = bus, subjects, path
-        self._nodes: dict[str, dict[str, Any]] = {}
+    def __init__(self, bus: Any, subjects: Subjects, path: str, token: str | None = None) -> None:
+        """``token``: of nodes on other machines, all of which have the same."""
+        self._bus, self._subjects, self.path, self.token = bus, subjects, path, token
+        self._nodes = Roster()
+        self._moved: dict[str, str] = {}
+        self._moved_by = self._strangers = self._done_ns = 0
+        self._commanded = float("-inf")
+        self._is_lockstep = False
         self._writes: set[str] = set()
+        self.scale: Callable[[int], Awaitable[Any]] | None = None  #: farm.scale, where nodes can be started
         self.ended = asyncio.Event()  # by server.shutdown
 
     async def open(self) -> None:
@@ -45,29 +59,60 @@ class Door:
         await self._bus.subscribe(self._subjects.report, cb=self._on_report)
         before = os.umask(0o177)
         try:
-            self._server = await asyncio.start_unix_server(self._serve, self.path, limit=_MAX_LINE)
+            self._server = await asyncio.start_unix_server(self._serve, self.path, limit=_MAX_REQUEST)
         finally:
             os.umask(before)
 
     async def _on_report(self, message: Any) -> None:
         report = json.loads(message.data)
-        self._nodes[report["node"]] = {**self._nodes.get(report["node"], {}), **{key: value for key, value in report.items() if key != "parts"}, "heard": time.monotonic()}
-
-    def live(self) -> list[str]:
-        return sorted(name for name, report in self._nodes.items() if time.monotonic() - report["heard"] < LEASE_S)
+        report.pop("parts", None)
+        moved = report.pop("moved", None)  # from the sequencer alone
+        if moved is not None and report["moved_by"] >= self._moved_by:
+            self._moved, self._moved_by = moved, report["moved_by"]
+        self._nodes.hear(report)
 
     def nodes(self) -> dict[str, dict[str, Any]]:
-        return {name: self._nodes[name] for name in self.live()}
+        return {name: self._nodes[name] for name in self._nodes.live()}
+
+    def owners(self) -> list[str]:
+        """Who can have cameras; if nobody can, who is there."""
+        live = self._nodes.live()
+        return [name for name in live if is_placeable(self._nodes[name])] or live
 
     def forget(self, node: str) -> None:
         """Known to be dead: its cameras move at once."""
-        self._nodes.pop(node, None)
+        self._nodes.forget(node)
 
     async def call(self, method: str, **params: Any) -> Any:
         reply = await self._answer({"method": method, "params": params}, {})
         if "error" in reply:
             raise error_of_reply(method, reply["error"])
         return reply["result"]
+
+    async def listen(self, host: str, port: int) -> int:
+        """Control over TCP too, for who shows the token; the port."""
+        assert self.token
+        server = await asyncio.start_server(self._serve_known, host, port, limit=_MAX_REQUEST)
+        return server.sockets[0].getsockname()[1]
+
+    async def _serve_known(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._strangers += 1
+        try:
+            is_known = False
+            if self._strangers <= _MAX_STRANGERS:
+                asked = json.loads(await asyncio.wait_for(reader.readline(), CONNECT_S))
+                shown = asked["params"]["token"] if asked["method"] == "auth" else None
+                is_known = isinstance(shown, str) and hmac.compare_digest(shown.encode(), (self.token or "").encode())
+                error = {"code": -32000, "message": "a client shows the farm's token first (auth)", "data": {"kind": "unauthorized"}}
+                writer.write(self._text({"jsonrpc": "2.0", "id": asked.get("id"), **({"result": {"authorized": True}} if is_known else {"error": error})}))
+                await writer.drain()
+        except (OSError, ValueError, KeyError, TypeError, AttributeError, asyncio.TimeoutError):
+            is_known = False
+        finally:
+            self._strangers -= 1
+        if is_known:
+            await self._serve(reader, writer)
+        writer.close()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         wires: dict[str, tuple[asyncio.StreamReader, asyncio.StreamWriter]] = {}
@@ -110,6 +155,8 @@ class Door:
         try:
             if method == "farm.status":
                 return {"result": await self._status()}
+            if method == "farm.scale" and self.scale:
+                return {"result": await self.scale(_count_of(params))}
             if method == "server.shutdown":
                 self.ended.set()
                 return {"result": {"stopping": True}}
@@ -123,6 +170,7 @@ class Door:
 
     async def _learn(self) -> None:
         """What changes the world takes a time: so the rig's own description says."""
+        self._is_lockstep = (await self._once("world.status"))["mode"] == "lockstep"
         described = await self._once("server.describe")
         self._writes = {each["name"] for each in described["methods"] if any(field["name"] == "at_ns" for field in each["params"])} - {"world.digest"} | {"world.step"}
 
@@ -130,13 +178,27 @@ class Door:
         while True:
             node = self._node_for({})
             try:
-                wire = await Wire.open(node["control"])
-                try:
-                    return await wire.call(method)
-                finally:
-                    wire.close()
+                return await self._while_there(node["node"], self._ask_after_commands(node, method))
             except CamrigError:
                 self.forget(node["node"])  # it has died, and comes back by its next report if it has not
+
+    async def _ask(self, node: dict[str, Any], method: str, **params: Any) -> Any:
+        wire = await Wire.open(node, self.token)
+        try:
+            return await wire.call(method, **params)
+        finally:
+            wire.close()
+
+    async def _ask_after_commands(self, node: dict[str, Any], method: str) -> Any:
+        await self._reach(node)
+        return await self._ask(node, method)
+
+    async def _reach(self, node: dict[str, Any]) -> None:
+        """Who looks after a command sees what it did, whichever node he is shown: it is done there at the same world time, which may be
+        some milliseconds away. (In lockstep all nodes are together after each step.)"""
+        if not self._is_lockstep and time.monotonic() - self._commanded < LEASE_S:
+            with contextlib.suppress(CamrigError):  # that it is past
+                await self._ask(node, "world.digest", at_ns=self._done_ns + 1)
 
     async def _command(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
         if "at_ns" in params:
@@ -144,41 +206,58 @@ class Door:
         asked = json.dumps({"id": uuid.uuid4().hex, "method": method, "params": params}).encode()
         deadline = time.monotonic() + (STEP_TIMEOUT_S if method == "world.step" else COMMAND_TIMEOUT_S)
         while time.monotonic() < deadline:
-            try:
-                message = await self._bus.request(self._subjects.command, asked, timeout=_TRY_S)
-                return json.loads(message.data)
-            except (nats.errors.Error, asyncio.TimeoutError):
-                await asyncio.sleep(0.1)
+            told, sequencer = asyncio.ensure_future(self._bus.request(self._subjects.command, asked, timeout=_TRY_S)), self._sequencer()
+            while not (await asyncio.wait([told], timeout=_LOOK_S))[0] and self._sequencer() == sequencer:
+                pass
+            told.cancel()  # if there is another sequencer now, it did not hear us
+            with contextlib.suppress(nats.errors.Error, asyncio.TimeoutError, asyncio.CancelledError):
+                reply = json.loads((await told).data)
+                self._commanded, self._done_ns = time.monotonic(), max(self._done_ns, reply.pop("at_ns", 0))
+                return reply
+            await asyncio.sleep(_LOOK_S)
         raise CamrigError("unavailable", f"{method}: the farm has no sequencer now; ask again")
 
+    def _sequencer(self) -> tuple[int, str] | None:
+        return max(((report["term"], name) for name, report in self.nodes().items() if report["is_sequencer"]), default=None)
+
     def _node_for(self, params: dict[str, Any]) -> dict[str, Any]:
-        live = self.live()
-        if not live:
+        owners = self.owners()
+        if not owners:
             raise CamrigError("unavailable", "no node of this farm is there now")
         camera = params.get("camera", params.get("name"))
-        return self._nodes[owner_of(camera, live) if isinstance(camera, str) else live[0]]
+        return self._nodes[owner_of(camera, owners, self._moved) if isinstance(camera, str) else owners[0]]
 
     async def _look(self, request: dict[str, Any], params: dict[str, Any], wires: dict) -> Any:
         while True:
             node = self._node_for(params)
             try:
-                return await self._look_at(node["control"], request, wires)
+                return await self._while_there(node["node"], self._look_at(node, request, wires))
             except CamrigError:
+                wires.pop(node["life"], None)
                 self.forget(node["node"])  # looking changes nothing: another can answer
 
-    async def _look_at(self, path: str, request: dict[str, Any], wires: dict) -> Any:
+    async def _while_there(self, node: str, answer: Coroutine[Any, Any, Any]) -> Any:
+        """A node that hangs closes nothing."""
+        asking = asyncio.ensure_future(answer)
+        while not (await asyncio.wait([asking], timeout=LEASE_S / 4))[0]:
+            if node not in self._nodes.live():
+                asking.cancel()
+                raise CamrigError("unavailable", f"node {node} does not answer")
+        return asking.result()
+
+    async def _look_at(self, node: dict[str, Any], request: dict[str, Any], wires: dict) -> Any:
         try:
-            if path not in wires:
-                wires[path] = await asyncio.open_unix_connection(path, limit=_MAX_LINE)
-            reader, writer = wires[path]
+            if node["life"] not in wires:
+                wires[node["life"]] = await connect_to(node, self.token)
+            await self._reach(node)
+            reader, writer = wires[node["life"]]
             writer.write(self._text({"jsonrpc": "2.0", "id": 0, **request}))
             line = await reader.readline()
             reply = json.loads(line)
             result = reply.get("result")
             if isinstance(result, dict) and result.get("encoding") == "bytes":
                 return line + await reader.readexactly(int(result["bytes"]))
-        except (OSError, ValueError, asyncio.IncompleteReadError) as problem:
-            wires.pop(path, None)
+        except (OSError, ValueError, asyncio.IncompleteReadError, asyncio.TimeoutError) as problem:
             raise CamrigError("unavailable", f"{request['method']}: the node has gone ({problem or 'closed'}); ask again") from None
         return {key: reply[key] for key in ("result", "error") if key in reply}
 
@@ -187,8 +266,8 @@ class Door:
         listed = (await self._once("camera.list"))["cameras"] if nodes else []
         cameras = []
         for camera in listed:
-            owner = owner_of(camera["name"], list(nodes))
-            at = nodes[owner]
+            owner = owner_of(camera["name"], self.owners(), self._moved)
+            at = self._nodes[owner]
             http, rtsp = f"http://{at['host']}:{at['http']}/cameras/{camera['name']}/stream.mjpg", f"rtsp://{at['host']}:{at['rtsp']}/{camera['name']}"
             cameras.append({"camera": camera["name"], "node": owner, "http": http, "rtsp": rtsp})
         return {"nodes": list(nodes.values()), "cameras": cameras}

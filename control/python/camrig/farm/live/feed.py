@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from typing import Any
 
 from ...errors import CamrigError
+from .clock import WallClock
 from .log import CommandLog
 from .wire import Wire
 
@@ -17,16 +17,22 @@ _FAR_NS = 30 * DIGEST_EVERY_NS
 
 
 class Feed:
-    """The log's entries up to ``applied``, on one rig. ``results`` has the answers of the newest, by number."""
+    """The log's entries up to ``applied``, on one rig. ``results`` has the answers of the newest, by number.
 
-    def __init__(self, log: CommandLog, wire: Wire, identity: dict[str, Any]) -> None:
-        self._log, self._wire, self._identity = log, wire, identity
+    ``fed``: the newest entry that the rig was told; ``world_ns``: its world's time, as it was last heard (realtime). ``moved``: the cameras
+    that entry ``moved_by`` took from the nodes to which they belong by their names, and where they are.
+    """
+
+    def __init__(self, log: CommandLog, wire: Wire, identity: dict[str, Any], clock: WallClock = WallClock()) -> None:
+        self._log, self._wire, self._identity, self._clock = log, wire, identity, clock
         self._is_lockstep = identity["mode"] == "lockstep"
         self.begin: dict[str, Any] | None = None
         self.applied = 0
-        self.last_at_ns = 0
+        self.last_at_ns = self.world_ns = 0
+        self.moved: dict[str, str] = {}
+        self.moved_by = 0
         self.results: dict[int, asyncio.Future[Any]] = {}
-        self._fed = 0
+        self.fed = 0
         self._digest_ns = 0
         self._limit_ns = 0
         self.digests: asyncio.Queue[dict[str, Any]] = asyncio.Queue()
@@ -41,13 +47,16 @@ class Feed:
 
     async def take(self, last: int, closed_ns: int) -> None:
         """Everything up to entry ``last`` is known, and no later one is of a time up to ``closed_ns``: the world may run so far."""
-        while self._fed < last:
-            entries = [(number, await self._log.read(number)) for number in range(self._fed + 1, min(last, self._fed + _CHUNK) + 1)]
+        while self.fed < last:
+            entries = [(number, await self._log.read(number)) for number in range(self.fed + 1, min(last, self.fed + _CHUNK) + 1)]
             if entries[0][1]["kind"] == "begin":
                 begin = entries.pop(0)[1]
                 raise_if_different(begin, self._identity)
                 self.begin = begin
-            self._fed += len(entries) + (self._fed == 0)
+            self.fed += len(entries) + (self.fed == 0)
+            for number, entry in entries:
+                if entry["kind"] == "owners":  # says nothing to a world
+                    self.moved, self.moved_by = entry["moved"], number
             if self._is_lockstep:
                 await self._step(entries)
             else:
@@ -62,7 +71,10 @@ class Feed:
                 self._flush(batch)
                 await self._run_to(entry["at_ns"] - 1)
             self._ask_digests(batch, entry["at_ns"])
-            batch.append((number, self._wire.request(entry["method"], {**entry["params"], "at_ns": entry["at_ns"]})))
+            if entry["kind"] == "command":
+                batch.append((number, self._wire.request(entry["method"], {**entry["params"], "at_ns": entry["at_ns"]})))
+            else:  # answered when all before it are
+                batch.append((number, self._wire.request("world.status", {})))
             self.last_at_ns = entry["at_ns"]
         self._flush(batch)
         if len(entries) == _CHUNK:  # more are to come, of this time too perhaps
@@ -102,6 +114,10 @@ class Feed:
             if not answer.done():
                 answer.set_result(reply)
 
+    def _note_world(self, done: asyncio.Future[Any]) -> None:
+        if not done.cancelled() and not done.exception() and "result" in done.result():
+            self.world_ns = done.result()["result"]["world_ns"]
+
     async def _run_to(self, until_ns: int) -> None:
         """Raises the limit; by steps, each of which is waited for, where it is far. A rig that is slow is told later."""
         while until_ns > self._limit_ns and self._wire.unanswered < _MOST_UNANSWERED:
@@ -111,13 +127,17 @@ class Feed:
             self._ask_digests(batch, self._limit_ns)
             there = self._flush(batch)
             assert self.begin
-            clock_ns = max(0, time.time_ns() - self.begin["epoch_utc_ns"])
-            self._wire.send(self._wire.request("world.limit", {"until_ns": self._limit_ns, "clock_ns": clock_ns}))
+            clock_ns = max(0, self._clock.now_ns() - self.begin["epoch_utc_ns"])
+            told = self._wire.send(self._wire.request("world.limit", {"until_ns": self._limit_ns, "clock_ns": clock_ns}))
+            told.add_done_callback(self._note_world)
             if is_far:
                 await there
 
     async def _step(self, entries: list[tuple[int, dict[str, Any]]]) -> None:
         for number, entry in entries:
+            if entry["kind"] == "owners":
+                self.applied = number
+                continue
             if entry["kind"] == "step":
                 request = self._wire.request("world.step", {"nanoseconds": entry["to_ns"] - entry["at_ns"], "timeout_s": entry["timeout_s"]})
             else:

@@ -1,16 +1,19 @@
 """The ordered log of commands, in a stream of NATS JetStream, and the lease of who may write it.
 
-An entry is one JSON object: ``{"kind": "begin" | "command" | "step", "at_ns", "term", "id", "method", "params"}``. Its number in the stream
-is its place in the order. Only who holds the lease writes, and only behind the entry that he knows as the last (Nats-Expected-Last-Sequence):
+An entry is one JSON object: ``{"kind": "begin" | "command" | "step" | "owners", "at_ns", "term", "id", "method", "params"}``. Its number in the
+stream is its place in the order. Only who holds the lease writes, and only behind the entry that he knows as the last (Nats-Expected-Last-Sequence):
 whoever was overtaken is refused by the stream itself.
 """
 
 from __future__ import annotations
 
 import asyncio
+import collections
 import contextlib
 import json
+import sys
 import time
+import urllib.parse
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,10 +23,15 @@ import nats.js.errors
 from nats.aio.client import Client as Bus
 from nats.js.api import StorageType, StreamConfig
 
+from ...errors import CamrigError
+
 #: How long a lease is valid that is not renewed, and how often it is.
 LEASE_S, RENEW_S = 2.0, 0.5
 #: NATS takes no longer messages by itself.
 MAX_ENTRY_BYTES = 1_000_000
+_MAX_TOLD = 1024
+#: So long nothing is said of a bus that is not there.
+_PATIENCE_S = 5.0
 
 
 class Overtaken(Exception):
@@ -41,15 +49,29 @@ class Subjects:
         return f"camrig_{self.farm}"
 
     def __getattr__(self, name: str) -> str:
-        if name in ("log", "mark", "report", "command", "stop"):
+        if name in ("log", "mark", "report", "command", "stop", "clock"):
             return f"camrig.{self.farm}.{name}"
         raise AttributeError(name)
 
 
-async def connect(url: str) -> Bus:
+async def connect(urls: str) -> Bus:
+    """Waits until one of the servers is there: URLs with commas between them."""
+
     async def quiet(_: Exception) -> None: ...
 
-    return await nats.connect(url, max_reconnect_attempts=-1, reconnect_time_wait=0.2, error_cb=quiet, allow_reconnect=True)
+    servers = [url.strip() for url in urls.split(",")]
+    for url in servers:
+        parts = urllib.parse.urlsplit(url)
+        try:
+            is_good = parts.scheme in ("nats", "tls") and parts.hostname and (parts.port or 4222)
+        except ValueError:
+            is_good = False
+        if not is_good:
+            raise CamrigError("invalid_argument", f"--nats: '{url}' is not nats://HOST:PORT")
+    joining = asyncio.ensure_future(nats.connect(servers, max_reconnect_attempts=-1, reconnect_time_wait=0.2, error_cb=quiet, allow_reconnect=True))
+    if not (await asyncio.wait([joining], timeout=_PATIENCE_S))[0]:
+        print(f"camrig farm: no NATS server answers yet at {urls}", file=sys.stderr, flush=True)
+    return await joining
 
 
 class CommandLog:
@@ -58,6 +80,7 @@ class CommandLog:
     def __init__(self, bus: Bus, subjects: Subjects, replicas: int = 1) -> None:
         self._bus, self._subjects, self._replicas = bus, subjects, replicas
         self._stream = bus.jetstream(timeout=2.0)
+        self._told: collections.OrderedDict[int, dict[str, Any]] = collections.OrderedDict()
 
     async def open(self) -> None:
         config = StreamConfig(
@@ -71,8 +94,16 @@ class CommandLog:
 
     async def read(self, number: int) -> dict[str, Any]:
         """By its number: an ordered consumer stands still for 20 s when the stream's leader dies."""
+        if number in self._told:
+            return self._told.pop(number)
         message = await self._stream.get_msg(self._subjects.stream, number)
         return json.loads(message.data)
+
+    def tell(self, number: int, entry: dict[str, Any]) -> None:
+        """It is known to be there; read() need not ask for it."""
+        self._told[number] = entry
+        while len(self._told) > _MAX_TOLD:
+            self._told.popitem(last=False)
 
     async def append(self, entry: dict[str, Any], behind: int) -> int:
         """Its number. Overtaken, or what nats raises: then nobody knows whether it is there; the same call again makes it sure."""
@@ -89,8 +120,8 @@ class CommandLog:
 class Lease:
     """Who may write, for a term. Time is counted on each machine alone: a lease that was not renewed for LEASE_S may be taken."""
 
-    def __init__(self, bus: Bus, subjects: Subjects, owner: str) -> None:
-        self._bus, self._bucket, self.owner = bus, f"{subjects.stream}_lease", owner
+    def __init__(self, bus: Bus, subjects: Subjects, owner: str, replicas: int = 1) -> None:
+        self._bus, self._bucket, self.owner, self._replicas = bus, f"{subjects.stream}_lease", owner, replicas
         self.term = 0
         self._revision = 0
         self._renewed = -1e9
@@ -99,7 +130,7 @@ class Lease:
     async def open(self) -> None:
         stream = self._bus.jetstream(timeout=1.0)
         try:
-            self._store = await stream.create_key_value(bucket=self._bucket, history=1)
+            self._store = await stream.create_key_value(bucket=self._bucket, history=1, replicas=self._replicas)
         except nats.js.errors.BadRequestError:
             self._store = await stream.key_value(self._bucket)
 
@@ -112,7 +143,7 @@ class Lease:
         now = time.monotonic()
         try:
             if self.is_held():
-                self._revision = await self._store.update("sequencer", self._text(self.term), last=self._revision)
+                self._revision = await self._store.update("sequencer", self._text(self.term, self.owner), last=self._revision)
             else:
                 self.term = 0
                 if not await self._take(now):
@@ -126,18 +157,26 @@ class Lease:
         try:
             entry = await self._store.get("sequencer")
         except nats.js.errors.KeyNotFoundError:
-            self._revision = await self._store.create("sequencer", self._text(1))
+            self._revision = await self._store.create("sequencer", self._text(1, self.owner))
             self.term = 1
             return True
+        held = json.loads(entry.value)
         if entry.revision != self._seen[0]:
             self._seen = (entry.revision, now)
+        if held["owner"] is not None and now - self._seen[1] < LEASE_S:
             return False
-        if now - self._seen[1] < LEASE_S:
-            return False
-        term = json.loads(entry.value)["term"] + 1
-        self._revision = await self._store.update("sequencer", self._text(term), last=entry.revision)
+        term = held["term"] + 1
+        self._revision = await self._store.update("sequencer", self._text(term, self.owner), last=entry.revision)
         self.term = term
         return True
 
-    def _text(self, term: int) -> bytes:
-        return json.dumps({"owner": self.owner, "term": term, "at": time.time()}).encode()
+    async def give_back(self) -> None:
+        """Another may take it at once."""
+        if self.is_held():
+            term, self.term = self.term, 0
+            with contextlib.suppress(nats.errors.Error, nats.js.errors.APIError, asyncio.TimeoutError):
+                await self._store.update("sequencer", self._text(term, None), last=self._revision)
+
+    @staticmethod
+    def _text(term: int, owner: str | None) -> bytes:
+        return json.dumps({"owner": owner, "term": term, "at": time.time()}).encode()

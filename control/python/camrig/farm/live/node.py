@@ -8,69 +8,34 @@ The rig is ours: it is killed when this process ends, whatever ends it.
 from __future__ import annotations
 
 import asyncio
-import ctypes
+import contextlib
 import json
 import os
 import signal
 import sys
-import tempfile
 import time
-from dataclasses import dataclass
+import uuid
 from typing import Any
 
-from ...errors import CamrigError
-from ...places import find_binary, find_scene
+import nats.errors
+
+from .clock import Comparison, Offset
+from .costs import COST_S, Costs
+from .daemon import Daemon, NodeOptions
 from .feed import Feed
-from .log import RENEW_S, CommandLog, Lease, Subjects, connect
+from .log import LEASE_S, RENEW_S, CommandLog, Lease, Subjects, connect
 from .sequencer import Sequencer
 from .wire import Wire
 
 REPORT_S = 0.5
-
-
-@dataclass(frozen=True)
-class NodeOptions:
-    name: str
-    farm: str
-    nats: str
-    scene: str
-    mode: str = "realtime"
-    seed: int | None = None
-    lead_ms: float = 100.0
-    args: tuple[str, ...] = ()
-
-
-def _die_with_parent() -> None:
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
-
-
-class Daemon:
-    """`camrig serve --held`, as our child."""
-
-    def __init__(self, options: NodeOptions) -> None:
-        self._options = options
-        self.folder = tempfile.TemporaryDirectory(prefix="camrig-node-")
-        self.control = os.path.join(self.folder.name, "rig.sock")
-        self.ready: dict[str, Any] = {}
-
-    async def start(self) -> None:
-        program = find_binary()
-        read_end, write_end = os.pipe()
-        command = [program, "serve", find_scene(self._options.scene, program), "--held", "--mode", self._options.mode, "--control", self.control]
-        command += ["--http", "0", "--rtsp", "0", "--ready-fd", str(write_end), *self._options.args]
-        if self._options.seed is not None:
-            command += ["--seed", str(self._options.seed)]
-        self.process = await asyncio.create_subprocess_exec(*command, pass_fds=(write_end,), stdout=sys.stderr.fileno(), preexec_fn=_die_with_parent)
-        os.close(write_end)
-        line = await asyncio.get_running_loop().run_in_executor(None, lambda: os.read(read_end, 65536))
-        os.close(read_end)
-        if not line:
-            raise CamrigError("unavailable", f"the node's rig ended with exit code {await self.process.wait()}")
-        self.ready = json.loads(line)
-
-    def kill(self) -> None:
-        if self.process.returncode is None:
-            self.process.kill()
+CLOCK_S = 1.0
+#: So many questions to the bus, one after the other, that find no answer: then this node's cameras are others'.
+_MOST_UNANSWERED, _ANSWER_S = 3, LEASE_S / 4
+#: Who leaves goes on so long, for those who read from it to be told of another.
+_FAREWELL_S = 1.0
+#: A node that joins can have cameras when it has come so near, and then until it is so far behind.
+_CAUGHT_UP_NS, _FAR_BEHIND_NS = 500_000_000, int(LEASE_S * 1e9)
+_ENDED, _CUT_OFF = 3, 4
 
 
 class Node:
@@ -78,51 +43,88 @@ class Node:
         self.options = options
         self.subjects = Subjects(options.farm)
         self._mark: dict[str, Any] = {"term": 0, "last": 0, "closed_ns": -1}
+        self._life = uuid.uuid4().hex
+        self._heard = float("-inf")
         self._marked = asyncio.Event()
         self._parts: dict[int, dict[str, str]] = {}
         self._newest: dict[str, Any] = {}
-        self._stop: asyncio.Future[str] = asyncio.get_running_loop().create_future()
+        self._stop: asyncio.Future[tuple[int, str]] = asyncio.get_running_loop().create_future()
+        self._comparison = Comparison()
+        self._clock_is_off = False
+        self._unanswered = 0
+        self._costs: dict[str, float] = {}
+        self._leaves = self._was_there = False
 
     async def run(self) -> int:
-        """Until it is told to stop; 3 when that was for being different."""
+        """Until it is told to stop: _ENDED, also when that was for being different. _CUT_OFF: another may take its place at once."""
+        self.bus = await connect(self.options.nats)  # a rig without a log would show the world's beginning
         self.daemon = Daemon(self.options)
-        await self.daemon.start()
+        tasks: list[asyncio.Task[None]] = []
         try:
-            self.wire = await Wire.open(self.daemon.control)
+            await self.daemon.start()
+            self.wire = await Wire.open({"control": self.daemon.control})
             self.identity = await self.wire.call("rig.identity")
-            self.bus = await connect(self.options.nats)
-            self.log = CommandLog(self.bus, self.subjects)
+            self.log = CommandLog(self.bus, self.subjects, self.options.replicas)
             await self.log.open()
-            self.feed = Feed(self.log, self.wire, self.identity)
-            lease = Lease(self.bus, self.subjects, self.options.name)
-            await lease.open()
-            self.sequencer = Sequencer(self.bus, self.subjects, self.log, lease, self.feed, self.identity, self.options.lead_ms)
+            self.feed = Feed(self.log, self.wire, self.identity, self.options.clock)
+            self.lease = Lease(self.bus, self.subjects, self.options.name, self.options.replicas)
+            await self.lease.open()
+            self.sequencer = Sequencer(self.bus, self.subjects, self.log, self.lease, self.feed, self.identity, self.options.lead_ms, self.options.clock)
             await self.bus.subscribe(self.subjects.mark, cb=self._on_mark)
             await self.bus.subscribe(self.subjects.stop, cb=self._on_stop)
-            tasks = [asyncio.create_task(each) for each in (self._follow(), self._report(), self._digests(), self._keep(lease), self._watch())]
+            work = (self._follow(), self._report(), self._digests(), self._keep(), self._watch(), self._watch_bus(), self._compare_clock(), self._tell_costs())
+            tasks = [asyncio.create_task(each) for each in work]
             await asyncio.wait([*tasks, self._stop], return_when=asyncio.FIRST_COMPLETED)
             for task in tasks:
                 if task.done() and task.exception():
                     raise task.exception()  # type: ignore[misc]
-            print(f"camrig farm: node {self.options.name} stops: {self._stop.result() if self._stop.done() else 'its rig has ended'}", file=sys.stderr, flush=True)
-            return 3
+            code, why = self._stop.result() if self._stop.done() else (_ENDED, "its rig has ended")
+            print(f"camrig farm: node {self.options.name} stops: {why}", file=sys.stderr, flush=True)
+            return code
         finally:
-            self.daemon.kill()
+            await self.daemon.kill()
+            if hasattr(self, "sequencer"):
+                tasks += self.sequencer.tasks
+            for task in tasks:
+                task.cancel()
+            # Not wait_for(): what nats-py does in close() while it makes a connection anew does not end when it is cancelled.
+            await asyncio.wait([asyncio.ensure_future(self.bus.close())], timeout=_ANSWER_S)
+
+    def leave(self) -> None:
+        """Its cameras are told to be others' before they end here."""
+        if not self._leaves:
+            self._leaves = True
+            self._farewell = asyncio.get_running_loop().create_task(self._say_farewell())
+
+    async def _say_farewell(self) -> None:
+        try:
+            if hasattr(self, "sequencer") and self._unanswered == 0:
+                await self._say({})
+                await self.lease.give_back()
+                await asyncio.sleep(_FAREWELL_S)
+        finally:
+            self._end(_ENDED, "it was told to")
+
+    def _end(self, code: int, why: str) -> None:
+        if not self._stop.done():
+            self._stop.set_result((code, why))
 
     async def _on_mark(self, message: Any) -> None:
         mark = json.loads(message.data)
         if mark["term"] < self._mark["term"]:
             return  # of a sequencer that was overtaken
-        self._mark = mark
+        for number, entry in mark.pop("entries"):
+            self.log.tell(number, entry)
+        self._mark, self._heard = mark, time.monotonic()
         self._marked.set()
 
     async def _on_stop(self, message: Any) -> None:
         told = json.loads(message.data)
-        if told["node"] != self.options.name or self._stop.done():
+        if told["node"] != self.options.name:
             return
         own = self._parts.get(told["at_ns"], {})
         differs = sorted(name for name in own.keys() | told["parts"].keys() if own.get(name) != told["parts"].get(name))
-        self._stop.set_result(f"{told['why']}; what differs: {', '.join(differs[:20]) or 'unknown'}")
+        self._end(_ENDED, f"{told['why']}; what differs: {', '.join(differs[:20]) or 'unknown'}")
 
     async def _follow(self) -> None:
         while True:
@@ -146,24 +148,92 @@ class Node:
             await asyncio.sleep(REPORT_S)
 
     async def _say(self, more: dict[str, Any]) -> None:
-        if self.feed.begin is None:
-            return  # nobody counts on a node that has not passed the gate
-        report = {"node": self.options.name, "applied": self.feed.applied, "at": time.time(), "is_sequencer": self.sequencer.is_active, "pid": os.getpid(),
-                  "rig_pid": self.daemon.process.pid, **{key: self.daemon.ready.get(key) for key in ("control", "http", "rtsp", "host")}, **more}
+        if self.feed.begin is None or self._unanswered > 0:
+            return  # nobody counts on a node that has not passed the gate; what is said into a dead link comes when it is no longer true
+        ready = self.daemon.ready
+        report = {"node": self.options.name, "life": self._life, "at": time.monotonic(), "pid": os.getpid(), "rig_pid": self.daemon.process.pid,
+                  **{key: ready.get(key) for key in ("control", "http", "rtsp", "tcp", "host")}, "applied": self.feed.applied,
+                  "is_sequencer": self.sequencer.is_active, "term": self.lease.term, "leaves": self._leaves, "is_behind": self._is_behind(), **more}
+        if offset := self._offset():
+            report |= {"clock_ahead_ms": round(offset.ahead_s * 1e3, 3), "clock_bound_ms": round(offset.bound_s * 1e3, 3), "clock_is_off": self._clock_is_off}
+        report |= {"cores": len(os.sched_getaffinity(0)), "costs": self._costs, "moved_by": self.feed.moved_by}
+        if self.sequencer.is_active:
+            report["moved"] = self.feed.moved
         await self.bus.publish(self.subjects.report, json.dumps(report).encode())
 
-    async def _keep(self, lease: Lease) -> None:
-        while True:
-            await lease.keep()
+    def _is_behind(self) -> bool:
+        """Who joins shows what is past until it has caught up, and so does who is too slow."""
+        behind_ns = self._mark["closed_ns"] - self.feed.world_ns
+        if self._was_there:
+            return self.identity["mode"] == "realtime" and behind_ns > _FAR_BEHIND_NS
+        self._was_there = 0 < self._mark["last"] <= self.feed.fed and (self.identity["mode"] == "lockstep" or behind_ns < _CAUGHT_UP_NS + int(self.options.lead_ms * 1e6))
+        return not self._was_there
+
+    def _offset(self) -> Offset | None:
+        return Offset(0.0, 0.0) if self.sequencer.is_active else self._comparison.best()
+
+    async def _keep(self) -> None:
+        while not self._leaves:
+            if self.lease.is_held() or self._may_lead():
+                await self.lease.keep()
             await asyncio.sleep(RENEW_S)
+        await asyncio.Event().wait()
+
+    def _may_lead(self) -> bool:
+        """Not with a clock that is not the others', and who has not caught up only if nobody else does."""
+        return not self._clock_is_off and (not self._is_behind() or time.monotonic() - self._heard > 3 * LEASE_S)
 
     async def _watch(self) -> None:
         await self.daemon.process.wait()
 
+    async def _watch_bus(self) -> None:
+        """Who hears nothing from the bus is not heard either: its cameras are others' from then on, and nobody may go on reading its
+        standing pictures. A dead sequencer alone is no reason: then all worlds stand."""
+        heard, own = asyncio.Event(), self.bus.new_inbox()
+
+        async def hear(_: Any) -> None:
+            heard.set()
+
+        await self.bus.subscribe(own, cb=hear)
+        while True:
+            heard.clear()
+            # Not Client.flush() with a timeout: a late PONG for one that has timed out ends nats-py's reading (2.16, InvalidStateError).
+            await self.bus.publish(own, b"")
+            await asyncio.sleep(_ANSWER_S)
+            self._unanswered = 0 if heard.is_set() else self._unanswered + 1
+            if self._unanswered == _MOST_UNANSWERED:
+                self._end(_CUT_OFF, "it is cut off from the farm's bus; its rig ends, and it comes back when the bus does")
+
+    async def _compare_clock(self) -> None:
+        """With the sequencer's. Who is far off gets no camera: its pictures would come early or late."""
+        while True:
+            if not self.sequencer.is_active:
+                sent_ns = self.options.clock.now_ns()
+                with contextlib.suppress(nats.errors.Error, asyncio.TimeoutError):
+                    message = await self.bus.request(self.subjects.clock, b"", timeout=CLOCK_S)
+                    told = json.loads(message.data)
+                    self._comparison.add(told["of"], sent_ns, told["now_ns"], self.options.clock.now_ns())
+            offset = self._offset()
+            is_off = offset is not None and self.identity["mode"] == "realtime" and offset.is_beyond(self.options.max_skew_ms / 1e3)
+            if is_off and not self._clock_is_off:
+                why = f"its clock is {offset}; --max-skew-ms is {self.options.max_skew_ms:g}"
+                print(f"camrig farm: node {self.options.name} has no cameras: {why}", file=sys.stderr, flush=True)
+            self._clock_is_off = is_off
+            await asyncio.sleep(CLOCK_S)
+
+    async def _tell_costs(self) -> None:
+        wire = await Wire.open({"control": self.daemon.control})  # one on which nothing waits for a world time
+        costs = Costs(self.daemon.process.pid)
+        while True:
+            self._costs = costs.of((await wire.call("stats.get"))["cameras"], (await wire.call("camera.list"))["cameras"])
+            await asyncio.sleep(COST_S)
+
 
 async def run_node(options: NodeOptions) -> int:
-    node = Node(options)
     loop = asyncio.get_running_loop()
-    for end in (signal.SIGTERM, signal.SIGINT):
-        loop.add_signal_handler(end, lambda: node._stop.done() or node._stop.set_result("it was told to"))
-    return await node.run()
+    while True:
+        node = Node(options)
+        for end in (signal.SIGTERM, signal.SIGINT):
+            loop.add_signal_handler(end, node.leave)
+        if (code := await node.run()) != _CUT_OFF:
+            return code

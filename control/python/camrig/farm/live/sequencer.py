@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import collections
+import contextlib
 import json
 import sys
 import time
@@ -18,35 +19,45 @@ import nats.errors
 import nats.js.errors
 
 from ...errors import CamrigError
+from .clock import WallClock
 from .feed import Feed
-from .log import LEASE_S, MAX_ENTRY_BYTES, CommandLog, Lease, Overtaken, Subjects
+from .log import MAX_ENTRY_BYTES, CommandLog, Lease, Overtaken, Subjects
+from .placement import is_placeable, moves
+from .roster import Roster
 
 MARK_S = 0.02
+_SHORT_LEAD_NS = 50_000_000
+#: Marks carry entries that are no longer, so that nodes need not ask the log for them; and so many.
+_TOLD_BYTES, _MAX_UNTOLD = 4096, 64
+#: So often it is looked whether a node is full.
+PLACE_S = 5.0
 #: Steps wait so long for all nodes.
 STEP_TIMEOUT_S = 60.0
 
 
 class Sequencer:
-    def __init__(self, bus: Any, subjects: Subjects, log: CommandLog, lease: Lease, feed: Feed, identity: dict[str, Any], lead_ms: float) -> None:
+    def __init__(self, bus: Any, subjects: Subjects, log: CommandLog, lease: Lease, feed: Feed, identity: dict[str, Any], lead_ms: float, clock: WallClock) -> None:
         self._bus, self._subjects, self._log, self._lease, self._feed = bus, subjects, log, lease, feed
-        self._identity, self._lead_ns = identity, int(lead_ms * 1e6)
+        self._identity, self._lead_ns, self._clock = identity, int(lead_ms * 1e6), clock
         self._is_lockstep = identity["mode"] == "lockstep"
         self._order = asyncio.Lock()
         self._last = 0  # entry
         self._last_at_ns = 0
+        self._untold: list[tuple[int, dict[str, Any]]] = []  # of this sequencer's, for the next mark
         self._closed_ns = -1
         self._epoch_utc_ns = 0
-        self._nodes: dict[str, dict[str, Any]] = {}
+        self._nodes = Roster()
         self._digests: dict[int, dict[str, tuple[str, dict[str, str]]]] = collections.OrderedDict()
         self._different: set[str] = set()
         self.is_active = False
-        self._tasks = [asyncio.create_task(self._run())]
+        self.tasks = [asyncio.create_task(self._run()), asyncio.create_task(self._place())]
 
     async def _run(self) -> None:
         await self._bus.subscribe(self._subjects.report, cb=self._on_report)
         await self._bus.subscribe(self._subjects.command, cb=self._spawn)
+        await self._bus.subscribe(self._subjects.clock, cb=self._tell_time)
         while True:
-            now_ns = time.time_ns() - self._epoch_utc_ns  # before the lease is looked at: who was stopped in between marks what is past
+            now_ns = self._clock.now_ns() - self._epoch_utc_ns  # before the lease is looked at: who was stopped in between marks what is past
             if not self._lease.is_held():
                 self.is_active = False
             elif not self.is_active:
@@ -58,16 +69,20 @@ class Sequencer:
                 await self._mark(now_ns)
             await asyncio.sleep(MARK_S)
 
+    async def _tell_time(self, message: Any) -> None:
+        if self.is_active:
+            await message.respond(json.dumps({"of": self._lease.owner, "now_ns": self._clock.now_ns()}).encode())
+
     async def _spawn(self, message: Any) -> None:
         task = asyncio.create_task(self._on_command(message))
-        self._tasks.append(task)
-        task.add_done_callback(self._tasks.remove)
+        self.tasks.append(task)
+        task.add_done_callback(self.tasks.remove)
 
     async def _take_over(self) -> None:
         """Reads the log to its end: what comes now comes behind it, and after every time that the one before can have closed."""
         self._last = await self._log.last()
         if self._last == 0:
-            entry = {"kind": "begin", "id": uuid.uuid4().hex, "term": self._lease.term, "at_ns": 0, "epoch_utc_ns": time.time_ns() + 200_000_000,
+            entry = {"kind": "begin", "id": uuid.uuid4().hex, "term": self._lease.term, "at_ns": 0, "epoch_utc_ns": self._clock.now_ns() + 200_000_000,
                      "identity": {key: self._identity[key] for key in ("build", "mathematics", "scene_hash", "seed", "step_ns", "mode", "quality")}}
             self._last = await self._log.append(entry, 0)
         self._epoch_utc_ns = (await self._log.read(1))["epoch_utc_ns"]
@@ -79,13 +94,14 @@ class Sequencer:
     def _time_for_command(self) -> int:
         if self._is_lockstep:
             return self._last_at_ns
-        return max(self._last_at_ns, self._closed_ns + 1, time.time_ns() - self._epoch_utc_ns + self._lead_ns)
+        return max(self._last_at_ns, self._closed_ns + 1, self._clock.now_ns() - self._epoch_utc_ns + self._lead_ns)
 
     async def _mark(self, now_ns: int) -> None:
         # What is on its way into the log may have the time that is closed next.
         if not self._order.locked():
             self._closed_ns = max(self._closed_ns, now_ns + self._lead_ns - 1)
-        mark = {"term": self._lease.term, "last": self._last, "closed_ns": self._closed_ns}
+        mark = {"term": self._lease.term, "last": self._last, "closed_ns": self._closed_ns, "entries": self._untold}
+        self._untold = []
         if self._lease.is_held():
             await self._bus.publish(self._subjects.mark, json.dumps(mark).encode())
 
@@ -105,20 +121,24 @@ class Sequencer:
                      "params": asked["params"]}
             if asked["method"] == "world.step":
                 entry = self._step(entry)
-            if len(json.dumps(entry)) > MAX_ENTRY_BYTES:
+            length = len(json.dumps(entry))
+            if length > MAX_ENTRY_BYTES:
                 raise CamrigError("invalid_argument", f"{asked['method']}: a command of a farm has at most {MAX_ENTRY_BYTES} bytes")
             number = await self._append(entry)
             if number > self._last:  # else it was asked again, and is there already
                 self._last = number
                 self._last_at_ns = entry.get("to_ns", entry["at_ns"])
-            await self._mark(time.time_ns() - self._epoch_utc_ns)
+                if length < _TOLD_BYTES and len(self._untold) < _MAX_UNTOLD:
+                    self._untold.append((number, entry))
+            if self._is_lockstep or self._lead_ns < _SHORT_LEAD_NS:  # else the next mark is early enough
+                await self._mark(self._clock.now_ns() - self._epoch_utc_ns)
             if entry["kind"] == "step":
                 await self._wait_for_nodes(number)
         try:
             reply = await asyncio.wait_for(asyncio.shield(self._feed.result(number)), STEP_TIMEOUT_S)
         except asyncio.TimeoutError:
             raise CamrigError("unavailable", f"{asked['method']}: is number {number} of the log, and the world has not come to it") from None
-        return {key: reply[key] for key in ("result", "error") if key in reply}
+        return {"at_ns": entry["at_ns"], **{key: reply[key] for key in ("result", "error") if key in reply}}
 
     def _step(self, entry: dict[str, Any]) -> dict[str, Any]:
         if not self._is_lockstep:
@@ -145,7 +165,7 @@ class Sequencer:
         raise CamrigError("unavailable", "the farm's log cannot be written now; it is not known whether this command comes")
 
     def _live(self) -> list[str]:
-        return [name for name, report in self._nodes.items() if time.monotonic() - report["heard"] < LEASE_S and name not in self._different]
+        return [name for name in self._nodes.live() if name not in self._different]
 
     async def _wait_for_nodes(self, number: int) -> None:
         """A step is done when it is done on every node that lives."""
@@ -155,9 +175,30 @@ class Sequencer:
                 raise CamrigError("unavailable", f"the step waits for node {', '.join(late)}")
             await asyncio.sleep(0.002)
 
+    async def _place(self) -> None:
+        """Takes cameras from a node that is full. What everybody sees of it is an entry of the log."""
+        while True:
+            await asyncio.sleep(PLACE_S)
+            if not self.is_active or self._feed.applied < self._last:
+                continue
+            there = {name: self._nodes[name] for name in self._live() if is_placeable(self._nodes[name])}
+            costs: dict[str, float] = {}
+            for report in there.values():
+                for camera, cost in report.get("costs", {}).items():
+                    costs[camera] = costs.get(camera, 0.0) + cost
+            moved = moves(costs, {name: report["cores"] for name, report in there.items()}, self._feed.moved)
+            if moved == self._feed.moved:
+                continue
+            with contextlib.suppress(CamrigError):
+                async with self._order:
+                    entry = {"kind": "owners", "id": uuid.uuid4().hex, "term": self._lease.term, "at_ns": self._time_for_command(), "moved": moved}
+                    self._last = await self._append(entry)
+                    self._last_at_ns = entry["at_ns"]
+
     async def _on_report(self, message: Any) -> None:
         report = json.loads(message.data)
-        self._nodes[report["node"]] = {**report, "heard": time.monotonic()}
+        if not self._nodes.hear({key: value for key, value in report.items() if key != "parts"}):
+            return
         if digest := report.get("digest"):
             at_ns = digest["world_ns"]
             of_time = self._digests.setdefault(at_ns, {})

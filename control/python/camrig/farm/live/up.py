@@ -1,4 +1,5 @@
-"""A farm on this machine: a bus, nodes, and the door. On several machines the same parts are started by whatever starts things there."""
+"""A farm on this machine: a bus, nodes, and the door. On several machines whatever starts programs there starts the same parts, each by
+its own command."""
 
 from __future__ import annotations
 
@@ -15,10 +16,18 @@ import tempfile
 from pathlib import Path
 from typing import Any, Sequence
 
+from ...command_line import Parser, read_token
 from ...errors import CamrigError
+from .clock import WallClock
+from .daemon import NodeOptions
 from .door import Door
 from .log import Subjects, connect
-from .node import NodeOptions, run_node
+from .metrics import MetricsPage
+from .node import run_node
+
+
+#: For nodes to start and come to where the world is.
+_START_S = 90.0
 
 
 def _free_port() -> int:
@@ -39,40 +48,60 @@ class Farm:
         self._folder = tempfile.TemporaryDirectory(prefix="camrig-farm-")
         self._count = 0
         self._children: dict[str, asyncio.subprocess.Process] = {}
+        self._leaving: set[str] = set()
+        self._scaling = asyncio.Lock()
         self._bus_server: asyncio.subprocess.Process | None = None
 
     async def run(self) -> int:
         try:
             url = self._options.nats or await self._start_bus()
-            bus = await self._connect(url)
+            bus = await connect(url)
             self._url = url
             self.door = Door(bus, Subjects(self._options.farm), self._options.control or os.path.join(self._folder.name, "farm.sock"))
             await self.door.open()
             for _ in range(self._options.nodes):
                 await self._start_node()
-            await asyncio.wait_for(self._all_there(), 90)
+            await self._wait_for(self._options.nodes)
+            self.door.scale = self._scale
+            _serve_metrics(self.door, self._options)
             for camera in json.loads(Path(self._options.cameras).read_text()) if self._options.cameras else []:
                 await self.door.call("camera.create", **camera)
-            self._tell_ready()
+            _tell_ready({"control": self.door.path, "nats": url, "nodes": sorted(self._children)}, self._options)
             await self.door.ended.wait()
             return 0
         finally:
-            for child in [*self._children.values(), *([self._bus_server] if self._bus_server else [])]:
-                with contextlib.suppress(ProcessLookupError):
-                    child.terminate()
-            await asyncio.gather(*(child.wait() for child in [*self._children.values(), *([self._bus_server] if self._bus_server else [])]))
+            for children in (list(self._children.values()), [self._bus_server] if self._bus_server else []):  # nodes leave by the bus
+                for child in children:
+                    with contextlib.suppress(ProcessLookupError):
+                        child.terminate()
+                await asyncio.gather(*(child.wait() for child in children))
 
-    async def _all_there(self) -> None:
-        while len(self.door.live()) < self._options.nodes or not any(one["is_sequencer"] for one in self.door.nodes().values()):
+    async def _all_there(self, count: int) -> None:
+        while len(self.door.owners()) < count or not any(one["is_sequencer"] for one in self.door.nodes().values()):
             await asyncio.sleep(0.02)
 
-    async def _connect(self, url: str) -> Any:
-        for _ in range(100):
-            try:
-                return await connect(url)
-            except OSError:
-                await asyncio.sleep(0.05)
-        raise CamrigError("unavailable", f"no NATS server at {url}")
+    async def _wait_for(self, count: int) -> None:
+        try:
+            await asyncio.wait_for(self._all_there(count), _START_S)
+        except asyncio.TimeoutError:
+            raise CamrigError("unavailable", f"{len(self.door.owners())} of {count} nodes are there after {_START_S:.0f} s") from None
+
+    async def _scale(self, count: int) -> dict[str, Any]:
+        """More nodes, or fewer: the youngest go, and tell it before they do."""
+        async with self._scaling:
+            staying = [name for name in self._children if name not in self._leaving]
+            for _ in range(len(staying), count):
+                await self._start_node()
+            going = staying[count:]
+            self._leaving |= set(going)
+            for name in going:
+                self._children[name].terminate()
+            await asyncio.gather(*(self._children[name].wait() for name in going))
+            for name in going:
+                del self._children[name]
+            self._leaving -= set(going)
+            await self._wait_for(count)
+            return {"nodes": sorted(self._children)}
 
     async def _start_bus(self) -> str:
         port = _free_port()
@@ -85,7 +114,7 @@ class Farm:
         name = f"node{self._count}"
         options = self._options
         command = [sys.executable, "-m", "camrig.farm", "node", "--name", name, "--nats", self._url, "--farm", options.farm, "--scene", options.scene,
-                   "--mode", options.mode, "--lead-ms", str(options.lead_ms)]
+                   "--mode", options.mode, "--lead-ms", str(options.lead_ms), "--max-skew-ms", str(options.max_skew_ms)]
         command += ["--seed", str(options.seed)] if options.seed is not None else []
         command += [f"--arg={each}" for each in options.arg]
         self._children[name] = child = await asyncio.create_subprocess_exec(*command)
@@ -94,27 +123,54 @@ class Farm:
     async def _replace(self, name: str, child: asyncio.subprocess.Process) -> None:
         """Who has gone is forgotten at once, and another takes its place."""
         code = await child.wait()
-        if self.door.ended.is_set():
-            return
         self.door.forget(name)
+        if self.door.ended.is_set() or name in self._leaving:
+            return
+        del self._children[name]
         print(f"camrig farm: node {name} has ended ({code})", file=sys.stderr, flush=True)
         if self._options.replace:
             await self._start_node()
 
-    def _tell_ready(self) -> None:
-        facts = {"control": self.door.path, "nats": self._url, "nodes": sorted(self._children)}
-        if self._options.ready_fd is not None:
-            with os.fdopen(self._options.ready_fd, "w") as ready:
-                ready.write(json.dumps(facts) + "\n")
-        print(f"camrig farm  {len(self._children)} nodes\n  control  {self.door.path}\n  nats     {self._url}", flush=True)
+
+def _serve_metrics(door: Door, options: argparse.Namespace) -> None:
+    if options.metrics:
+        options.metrics_url = MetricsPage(door, options.metrics).start()
+
+
+def _tell_ready(facts: dict[str, Any], options: argparse.Namespace) -> None:
+    """On stdout, and on --ready-fd as JSON."""
+    if options.metrics:
+        facts["metrics"] = options.metrics_url
+    if options.ready_fd is not None:
+        with os.fdopen(options.ready_fd, "w") as ready:
+            ready.write(json.dumps(facts) + "\n")
+    print("camrig farm\n" + "\n".join(f"  {name:8} {' '.join(value) if isinstance(value, list) else value}" for name, value in facts.items()), flush=True)
+
+
+def _farm_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--farm", default="farm", help="name of the farm on the bus")
+
+
+def _door_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--control", help="path of the farm's control socket")
+    parser.add_argument("--metrics", metavar="HOST:PORT", type=_address, help="where /metrics of all nodes is one page; port 0: any free one")
+    parser.add_argument("--ready-fd", type=int, help="writes one JSON line here when ready")
+
+
+def _address(text: str) -> tuple[str, int]:
+    host, _, port = text.rpartition(":")
+    if not host or not port.isdigit() or int(port) > 65535:
+        raise argparse.ArgumentTypeError(f"'{text}' is not HOST:PORT")
+    return host.strip("[]"), int(port)
 
 
 def _scene_options(parser: argparse.ArgumentParser) -> None:
+    _farm_option(parser)
     parser.add_argument("--scene", required=True, help="as camrig serve takes it; the same files on every node")
-    parser.add_argument("--farm", default="farm", help="name of the farm on the bus")
     parser.add_argument("--mode", choices=["realtime", "lockstep"], default="realtime")
     parser.add_argument("--seed", type=int)
     parser.add_argument("--lead-ms", type=float, default=100.0, help="so long after it was sent a command is applied (realtime)")
+    parser.add_argument("--max-skew-ms", type=float, default=5.0, help="a node whose clock is further from the sequencer's has no cameras (realtime)")
     parser.add_argument("--arg", action="append", default=[], help="a further option of camrig serve, as --arg=--device=cpu")
 
 
@@ -127,24 +183,65 @@ async def _up(options: argparse.Namespace) -> int:
     return await task
 
 
+async def _door(options: argparse.Namespace) -> int:
+    token = read_token(options.token_file) if options.token_file else None
+    door = Door(await connect(options.nats), Subjects(options.farm), options.control, token)
+    for end in (signal.SIGTERM, signal.SIGINT):
+        asyncio.get_running_loop().add_signal_handler(end, door.ended.set)
+    await door.open()
+    facts = {"control": door.path, "nats": options.nats}
+    if options.tcp:
+        facts["tcp"] = f"{options.tcp[0]}:{await door.listen(*options.tcp)}"
+    _serve_metrics(door, options)
+    _tell_ready(facts, options)
+    await door.ended.wait()
+    return 0
+
+
 def up(arguments: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(prog="camrig farm up", description="one world on many nodes, on this machine")
+    parser = Parser(prog="camrig farm up", description="one world on many nodes, on this machine")
     _scene_options(parser)
+    _door_options(parser)
     parser.add_argument("--nodes", type=int, default=2)
     parser.add_argument("--cameras", help="file with a list of cameras, as camera.create takes them")
-    parser.add_argument("--control", help="path of the farm's control socket")
     parser.add_argument("--nats", help="URL of a NATS server with JetStream; default: one is started")
     parser.add_argument("--store", help="folder of the log, of a NATS server that is started; default: gone at the end")
     parser.add_argument("--no-replace", dest="replace", action="store_false", help="no new node in the place of one that has ended")
-    parser.add_argument("--ready-fd", type=int, help="writes one JSON line here when ready")
     return asyncio.run(_up(parser.parse_args(arguments)))
 
 
+def door(arguments: Sequence[str]) -> int:
+    parser = Parser(prog="camrig farm door", description="one control address of a farm")
+    _farm_option(parser)
+    _door_options(parser)
+    parser.add_argument("--nats", required=True, help="URLs of the farm's NATS servers, with commas between them")
+    parser.add_argument("--token-file", help="the nodes' token, for those on other machines")
+    parser.add_argument("--tcp", metavar="HOST:PORT", type=_address, help="control by TCP too, for clients that have the token; port 0: any free one")
+    options = parser.parse_args(arguments)
+    if not options.control:
+        parser.error("--control: give the path of the socket")
+    if options.tcp and not options.token_file:
+        parser.error("--tcp: give --token-file too")
+    return asyncio.run(_door(options))
+
+
 def node(arguments: Sequence[str]) -> int:
-    parser = argparse.ArgumentParser(prog="camrig farm node", description="one node of a farm")
+    parser = Parser(prog="camrig farm node", description="one node of a farm")
     _scene_options(parser)
     parser.add_argument("--name", required=True, help="of its own in the farm")
-    parser.add_argument("--nats", required=True, help="URL of a NATS server with JetStream")
+    parser.add_argument("--nats", required=True, help="URLs of NATS servers with JetStream, with commas between them")
+    parser.add_argument("--replicas", type=int, default=1, choices=(1, 3, 5), help="NATS servers that keep the log; the same on all nodes")
+    parser.add_argument("--host", help="address of this machine at which other machines reach this node; default: this machine alone does")
+    parser.add_argument("--token-file", help="as of camrig serve, the same token on all nodes; with --host")
+    parser.add_argument("--http", type=int, default=0, help="port; 0: any free one")
+    parser.add_argument("--rtsp", type=int, default=0)
+    parser.add_argument("--clock-ahead-ms", type=float, default=0.0, help="for tests: what this node takes for its wall clock is so far ahead")
     given = parser.parse_args(arguments)
-    options = NodeOptions(given.name, given.farm, given.nats, given.scene, given.mode, given.seed, given.lead_ms, tuple(given.arg))
-    return asyncio.run(run_node(options))
+    if given.host and not given.token_file:
+        parser.error("--host: give --token-file too")
+    options = NodeOptions(given.name, given.farm, given.nats, given.scene, given.mode, given.seed, given.lead_ms, given.max_skew_ms,
+                          WallClock(round(given.clock_ahead_ms * 1e6)), given.host, given.token_file, given.http, given.rtsp, given.replicas,
+                          tuple(given.arg))
+    code = asyncio.new_event_loop().run_until_complete(run_node(options))
+    sys.stdout.flush()
+    os._exit(code)  # asyncio.run() would wait for the tasks of a connection to a bus that has gone

@@ -6,11 +6,25 @@ import asyncio
 import collections
 import itertools
 import json
-from typing import Any
+from typing import Any, Mapping
 
 from ...errors import CamrigError, error_of_reply
 
 _MAX_LINE = 96 << 20
+CONNECT_S = 2.0
+
+
+async def connect_to(report: Mapping[str, Any], token: str | None) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+    """To the rig of a node, by what it reports: over TCP where it has a port and we the token, else by its socket on this machine."""
+    if not report.get("tcp") or not token:
+        return await asyncio.open_unix_connection(report["control"], limit=_MAX_LINE)
+    reader, writer = await asyncio.wait_for(asyncio.open_connection(report["host"], report["tcp"], limit=_MAX_LINE), CONNECT_S)
+    writer.write(json.dumps({"jsonrpc": "2.0", "id": 0, "method": "auth", "params": {"token": token}}).encode() + b"\n")
+    reply = json.loads(await asyncio.wait_for(reader.readline(), CONNECT_S))
+    if "error" in reply:
+        writer.close()
+        raise error_of_reply("auth", reply["error"])
+    return reader, writer
 
 
 class Wire:
@@ -23,11 +37,11 @@ class Wire:
         self._task = asyncio.create_task(self._read())
 
     @classmethod
-    async def open(cls, path: str) -> Wire:
+    async def open(cls, report: Mapping[str, Any], token: str | None = None) -> Wire:
         try:
-            return cls(*await asyncio.open_unix_connection(path, limit=_MAX_LINE))
-        except OSError as problem:
-            raise CamrigError("unavailable", f"no rig at {path} ({problem.strerror or problem})") from problem
+            return cls(*await connect_to(report, token))
+        except (OSError, ValueError, asyncio.TimeoutError) as problem:
+            raise CamrigError("unavailable", f"no rig at {report['control']} ({problem})") from problem
 
     def send(self, message: Any) -> asyncio.Future[Any]:
         """The answer, as parsed JSON, of a request or a batch."""

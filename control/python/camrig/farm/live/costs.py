@@ -1,0 +1,35 @@
+"""What each camera of a rig costs, in cores: the rig's own CPU time, shared out by the pixels that it has drawn."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Any, Sequence
+
+#: So long the rig is looked at for a cost.
+COST_S = 5.0
+
+
+def cpu_s(pid: int) -> float:
+    """Of a process since its start; proc(5)."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+class Costs:
+    def __init__(self, pid: int) -> None:
+        self._pid = pid
+        self._before: tuple[float, float, dict[str, int]] | None = None
+
+    def of(self, statistics: Sequence[dict[str, Any]], cameras: Sequence[dict[str, Any]]) -> dict[str, float]:
+        """Since the last call, of cameras that were drawn (stats.get's and camera.list's)."""
+        now = (time.monotonic(), cpu_s(self._pid), {camera["name"]: camera["rendered"] for camera in statistics})
+        before, self._before = self._before, now
+        if before is None:
+            return {}
+        pixels = {camera["name"]: camera["size"][0] * camera["size"][1] for camera in cameras}
+        drawn = {name: (count - before[2].get(name, 0)) * pixels.get(name, 0) for name, count in now[2].items()}
+        drawn = {name: part for name, part in drawn.items() if part > 0}
+        cores = (now[1] - before[1]) / (now[0] - before[0])
+        return {name: round(cores * part / sum(drawn.values()), 4) for name, part in drawn.items()}

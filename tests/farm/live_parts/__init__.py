@@ -1,0 +1,1 @@
+"""Farms, their readers and what is done to them: for tests/farm/live.py."""
