@@ -14,6 +14,7 @@ namespace camrig::photo {
 /// contradict each other, over the horizon of the others, two places of the camera that fit as well.
 Result<PlateCalibration> calibrate_plate(const PlateTask& task);
 
-inline constexpr std::size_t max_plate_items = 256;  ///< points, heights and lines, of each
+inline constexpr std::size_t max_plate_items = 256;   ///< points and lines, of each
+inline constexpr std::size_t max_plate_heights = 24;  ///< each is two unknowns more: where it stands
 
 }  // namespace camrig::photo

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double max_metres = 1e7;
 constexpr double max_pixel = 1e6;
-/// More points than this are not left out in turn.
-constexpr std::size_t most_left_out = 40;
+/// More points than this are not left out in turn: each takes a search of its own.
+constexpr std::size_t most_left_out = 24;
 /// Below this share of their spread, points are on a line.
 constexpr double flat_share = 1e-4;
 
