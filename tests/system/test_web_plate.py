@@ -304,6 +304,7 @@ def test_the_photo_of_a_camera_of_the_rig_is_shown_with_its_lens(rig, opened_pla
     foot, head = camera.project(np.array([place, [*place[:2], 1.75]], float))
     for shown, of_rig in zip(standing(), (foot, head)):
         assert shown == pytest.approx(2 * (of_rig + 0.5) - 0.5, abs=0.01)
+    was = camera.get()
     page.fill("#save [name=people]", "1")
     page.click("#copy")
     until(page, "document.getElementById('scene').value")
@@ -317,6 +318,18 @@ def test_the_photo_of_a_camera_of_the_rig_is_shown_with_its_lens(rig, opened_pla
     (tmp_path / photo[0].name).write_bytes(photo[0].read_bytes())
     checked = subprocess.run([CAMRIG, "check", str(tmp_path / "My_Corner.json")], capture_output=True, text=True, timeout=60, check=False)
     assert checked.returncode == 0, checked.stdout + checked.stderr
+
+    # What is drawn is the camera's at once, beside what it had.
+    plate.tool("obstacle")
+    plate.click((560, 760), (700, 760), (690, 730), (570, 730))
+    page.click("#done")
+    page.click("#apply")
+    until(page, "document.getElementById('messages').textContent.includes('camera gate has it')")
+    (box,) = camera.get()["backdrop"]["proxies"]["boxes"]
+    assert box["size"][2] == 1 and camera.get()["backdrop"]["proxies"]["ground"] == backdrop["proxies"]["ground"]
+    for of, key in (("pose", "position"), ("pose", "orientation"), ("lens", "coefficients")):
+        assert camera.get()[of][key] == pytest.approx(was[of][key])
+    assert camera.get()["intrinsics"] == pytest.approx(was["intrinsics"])
 
 
 def test_every_control_of_the_page_of_photos_has_a_name_and_enough_contrast(opened_plate):

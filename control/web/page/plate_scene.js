@@ -4,6 +4,7 @@ import { baseName } from './plate_photo.js';
 import { boxesOf, footOf, placesIn } from './plate_shapes.js';
 import { sceneLight } from './plate_light.js';
 import { change, listen, plate } from './plate_state.js';
+import { call } from './rpc.js';
 import { attempt, tell } from './messages.js';
 
 const form = document.getElementById('save');
@@ -49,20 +50,31 @@ function actorsOf({ walkable = [], boxes = [] }, count) {
 /** Without what is null or empty. */
 const tidied = (values) => Object.fromEntries(Object.entries(values).filter(([, value]) => value != null && value !== '' && value.length !== 0));
 
-async function sceneOf({ name, camera: cameraName, width, count }) {
-  const { found, photo } = plate;
-  if (!found) throw new Error('calibrate the photo first');
-  if (found.verdict && plate.isStale) throw new Error('clicks have changed: calibrate again');
-  const { intrinsics, lens, pose, size } = found.camera;
-  // What the camera of the rig had stays, but for the objects of the rig's scene, which this file has not.
-  const { picture_size: ignored, proxies: { scene, ...given } = {}, ...kept } = photo.camera?.backdrop ?? {};
-  if (given.file) given.file = baseName(given.file);
+/** The backdrop with what was drawn and found; what a camera of the rig had stays. */
+async function backdropOf({ picture_size: ignored, proxies: given = {}, ...kept }) {
+  const { found } = plate;
   const drawn = await proxiesOf(found.camera);
   const ground = given.ground ?? found.ground;
   const joined = ['boxes', 'cutouts', 'walkable'].map((key) => [key, [...(given[key] ?? []), ...(drawn[key] ?? [])]]);
   const proxies = tidied({ ...given, ground, ...Object.fromEntries(joined) });
-  if (!Object.keys(proxies).length) throw new Error('the camera sees no ground; draw something that people go behind');
-  const backdrop = tidied({ ...kept, file: photo.file, intrinsics, proxies });
+  if (!ground && !Object.keys(drawn).length && !given.file) throw new Error('the camera sees no ground; draw something that people go behind');
+  return { backdrop: tidied({ ...kept, intrinsics: found.camera.intrinsics, proxies }), drawn };
+}
+
+function checkFound({ found, isStale }) {
+  if (!found) throw new Error('calibrate the photo first');
+  if (found.verdict && isStale) throw new Error('clicks have changed: calibrate again');
+}
+
+async function sceneOf({ name, camera: cameraName, width, count }) {
+  const { found, photo } = plate;
+  checkFound(plate);
+  const { lens, pose, size } = found.camera;
+  const { backdrop, drawn } = await backdropOf(photo.camera?.backdrop ?? {});
+  backdrop.file = photo.file;
+  // Files lie beside the scene file, which has none of the objects of the rig's scene.
+  if (backdrop.proxies.file) backdrop.proxies.file = baseName(backdrop.proxies.file);
+  delete backdrop.proxies.scene;
   const camera = { name: cameraName, size: [width, Math.round((width * size[1]) / size[0])], ...(lens ? { lens } : {}), pose, backdrop };
   return { camrig_scene: 1, name, ...sceneLight(), ...actorsOf(drawn, count), cameras: [camera] };
 }
@@ -99,9 +111,20 @@ document.getElementById('copy').addEventListener('click', () => attempt(async ()
   tell('copied, if the browser lets pages copy; else press Ctrl-C', 'note');
 }));
 
+// A camera of the rig has what was found and drawn at once; its shapes are then those that it was chosen with.
+const applyButton = document.getElementById('apply');
+applyButton.addEventListener('click', () => attempt(async () => {
+  checkFound(plate);
+  const { found, photo } = plate;
+  const { backdrop } = await backdropOf(photo.camera.backdrop);
+  const { name } = await call('camera.set', { name: photo.camera.name, pose: found.camera.pose, ...(found.camera.lens ? { lens: found.camera.lens } : {}), backdrop });
+  tell(`camera ${name} has it`, 'note');
+}));
+
 let named = null;
 listen(({ photo, found }) => {
   for (const control of form.elements) if (control.type !== 'textarea') control.disabled = !found;
+  applyButton.hidden = !photo?.camera;
   if (!photo || named === photo) return;
   named = photo;
   const stem = photo.file.replace(/\.[^.]*$/, '');
