@@ -158,11 +158,11 @@ PlateTask read_plate_task(JsonReader& reader, std::optional<ImageSize> size, con
     reader.optional("fit_k1", task.fit_k1);
     reader.optional("click_px", task.click_px);
     reader.optional("camera_height_m", task.camera_height_m);
-    task.points = read_list<KnownPoint>(reader, "points", max_plate_items, [](JsonReader& item) {
+    task.points = read_list<KnownPoint>(reader, "points", max_plate_points, [](JsonReader& item) {
         return KnownPoint{read_pixel(item, "px"), read_metres(item, "m")};
     });
     task.heights = read_list<KnownHeight>(reader, "heights", max_plate_heights, read_height);
-    task.lines = read_list<AxisLine>(reader, "lines", max_plate_items, read_line);
+    task.lines = read_list<AxisLine>(reader, "lines", max_plate_lines, read_line);
     return task;
 }
 

@@ -108,11 +108,13 @@ FieldOf<BackdropSpec> rate_of_film() {
 
 /// What was read of `file`; taken, so that the answer of camera.get makes a camera, and unused.
 FieldOf<BackdropSpec> picture_size() {
-    FieldOf<BackdropSpec> entry{.field = {.name = "picture_size",
-                                          .type = "[width, height]",
-                                          .doc = "of the picture: that of all pixels here; 0 of a panorama",
-                                          .unit = "px",
-                                          .by = Field::By::rig}};
+    FieldOf<BackdropSpec> entry{
+        .field = {.name = "picture_size",
+                  .type = "[width, height]",
+                  .doc = "of the picture: that of all pixels here; 0 of a panorama",
+                  .unit = "px",
+                  .by = Field::By::rig,
+                  .schema = R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"}};
     entry.read = [](JsonReader& reader, Changes<BackdropSpec>&) {
         std::array<double, 2> unused{};
         if (reader.find("picture_size")) reader.required("picture_size", std::span<double>(unused));

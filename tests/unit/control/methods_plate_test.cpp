@@ -94,7 +94,7 @@ TEST(PlateMethods, WhatIsWrongWithATaskIsToldWithItsPlace) {
 TEST(PlateMethods, MoreThanCanBeSearchedIsRefused) {
     RpcHarness rpc;
     json task = KnownPlate().task();
-    while (task["points"].size() <= photo::max_plate_items) task["points"].push_back(task["points"][0]);
+    while (task["points"].size() <= photo::max_plate_points) task["points"].push_back(task["points"][0]);
     EXPECT_THAT(rpc.failure("plate.calibrate", task.dump()),
                 StartsWith("-32000 resource_exhausted points: 257 items; at most 256"));
     task = KnownPlate().task();
