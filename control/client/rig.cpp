@@ -196,6 +196,14 @@ json Rig::visibility(const json& params) const {
     return connections_->call("truth.network", params);
 }
 
+json Rig::calibrate_plate(const json& task) const {
+    return connections_->call("plate.calibrate", task);
+}
+
+json Rig::plate_light(const json& known) const {
+    return connections_->call("plate.light", known);
+}
+
 json Rig::stats() const {
     return connections_->call("stats.get");
 }

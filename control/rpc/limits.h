@@ -32,5 +32,7 @@ struct ControlLimits {
 inline constexpr std::size_t max_frame_bytes = std::size_t{48} << 20;
 /// world.load requests that wait for the one in progress.
 inline constexpr std::size_t max_scenes_waiting = 4;
+/// plate.calibrate requests, likewise.
+inline constexpr std::size_t max_searches_waiting = 4;
 
 }  // namespace camrig::control

@@ -22,6 +22,7 @@ std::vector<Method> object_methods(RpcContext& context);
 std::vector<Method> event_methods(RpcContext& context);
 std::vector<Method> truth_methods(RpcContext& context);
 std::vector<Method> replica_methods(RpcContext& context);
+std::vector<Method> plate_methods(RpcContext& context);
 std::vector<Method> rig_methods(RpcContext& context, std::function<nlohmann::json()> call_counts);
 
 nlohmann::json to_json(const engine::CameraReply& report);

@@ -136,6 +136,7 @@ RpcServer::RpcServer(RpcContext context)
     : context_([&] {
           context.loader = std::make_shared<stream::WorkerPool>(1, max_scenes_waiting);
           context.replies = std::make_shared<stream::WorkerPool>(1, max_replies_waiting);
+          context.searches = std::make_shared<stream::WorkerPool>(1, max_searches_waiting);
           context.budget = ByteBudget::create(
               context.limits.total_reply_bytes,
               "the rig has " + in_mib(context.limits.total_reply_bytes) +
@@ -154,6 +155,7 @@ RpcServer::~RpcServer() {
 
 void RpcServer::stop() {
     context_.loader->stop();
+    context_.searches->stop();
 }
 
 std::map<std::string, std::uint64_t> RpcServer::calls() const {
@@ -248,7 +250,7 @@ void take_times(std::vector<Method>& methods) {
     for (Method& method : methods) {
         const std::string family = method.name.substr(0, method.name.find('.'));
         const bool changes = !method.only_looks && family != "world" && family != "scene" && family != "frame" &&
-                             family != "truth" && family != "rig";
+                             family != "truth" && family != "rig" && family != "plate";
         if (!changes && method.name != "world.digest") continue;
         method.takes_time = true;
         method.params.push_back(
@@ -275,6 +277,7 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     add(frame_methods(context));
     add(truth_methods(context));
     add(replica_methods(context));
+    add(plate_methods(context));
     take_times(all);
     auto rig = rig_methods(context, std::move(call_counts));
     // server.info lists all methods, its own family too.

@@ -48,10 +48,11 @@ struct RpcContext {
     bool keeps_text = false;
 
     // Made by the server: what all answers and the pictures being made for them count against; one thread reads scenes,
-    // one turns the engine's replies into text.
+    // one turns the engine's replies into text, one searches the cameras of photos.
     std::shared_ptr<ByteBudget> budget = {};
     std::shared_ptr<stream::WorkerPool> loader = {};
     std::shared_ptr<stream::WorkerPool> replies = {};
+    std::shared_ptr<stream::WorkerPool> searches = {};
 };
 
 /// Decodes JSON-RPC text, checks it against the method table and runs the methods. Knows no transport; any thread.
@@ -77,8 +78,9 @@ public:
                 const std::shared_ptr<ByteBudget>& peer_budget = {}, bool takes_bytes = false);
     const std::shared_ptr<ByteBudget>& budget() const { return context_.budget; }
 
-    /// Waits for the scene being read, answers waiting world.load requests with `unavailable`, and leaves commands and
-    /// frames alone from then on, as far as world.load goes. To be called before these go. Twice is fine.
+    /// Waits for the scene being read and the search in progress (seconds), answers waiting world.load requests with
+    /// `unavailable`, and leaves commands and frames alone from then on, as far as world.load goes. To be called before
+    /// these go. Twice is fine.
     void stop();
 
     const std::vector<Method>& methods() const { return methods_; }

@@ -14,6 +14,9 @@ namespace camrig::photo {
 /// contradict each other, over the horizon of the others, two places of the camera that fit as well.
 Result<PlateCalibration> calibrate_plate(const PlateTask& task);
 
-inline constexpr std::size_t max_plate_items = 256;  ///< points, heights and lines, of each
+// What bounds the work of a search.
+inline constexpr std::size_t max_plate_points = 256;
+inline constexpr std::size_t max_plate_heights = 24;  ///< each is two unknowns more: where it stands
+inline constexpr std::size_t max_plate_lines = 64;
 
 }  // namespace camrig::photo

@@ -13,8 +13,9 @@ namespace {
 
 constexpr double max_metres = 1e7;
 constexpr double max_pixel = 1e6;
-/// More points than this are not left out in turn.
-constexpr std::size_t most_left_out = 40;
+/// Points are left out in turn, each with a search of its own, where points times clicked numbers are no more than
+/// this: 24 points alone.
+constexpr std::size_t most_left_out_work = 24 * 48;
 /// Below this share of their spread, points are on a line.
 constexpr double flat_share = 1e-4;
 
@@ -114,7 +115,8 @@ Result<void> check_plate_task(const PlateModel& model) {
 Outlier find_outlier(const PlateModel& model, double click_px) {
     const PlateTask& task = model.task();
     Outlier found;
-    if (task.points.size() > most_left_out || task.points.size() < 2) return found;
+    if (task.points.size() < 2 || task.points.size() * std::size_t(model.residual_count()) > most_left_out_work)
+        return found;
     double best = click_px / 4.0;
     for (std::size_t n = 0; n < task.points.size(); ++n) {
         const PlateTask rest = without(task, n);

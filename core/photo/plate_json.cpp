@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/camera/camera_model.h"
+#include "core/photo/sun.h"
 
 namespace camrig::photo {
 namespace {
@@ -13,6 +14,8 @@ namespace {
 using nlohmann::json;
 
 constexpr double deg = std::numbers::pi / 180.0;
+/// The ground of a new camera reaches this far.
+constexpr double ground_reach_m = 80.0;
 
 glm::dvec2 read_pixel(JsonReader& reader, std::string_view key) {
     std::array<double, 2> px{};
@@ -29,9 +32,9 @@ glm::dvec3 read_metres(JsonReader& reader, std::string_view key) {
 }
 
 template <typename T, typename Read>
-std::vector<T> read_list(JsonReader& reader, const char* key, Read read) {
+std::vector<T> read_list(JsonReader& reader, const char* key, std::size_t most, Read read) {
     std::vector<T> list;
-    for (const json& each : reader.array(key, max_plate_items)) {
+    for (const json& each : reader.array(key, most)) {
         JsonReader item(each, reader.path_of(key) + "[" + std::to_string(list.size()) + "]");
         list.push_back(read(item));
         if (auto done = item.finish(); !done) {
@@ -155,10 +158,11 @@ PlateTask read_plate_task(JsonReader& reader, std::optional<ImageSize> size, con
     reader.optional("fit_k1", task.fit_k1);
     reader.optional("click_px", task.click_px);
     reader.optional("camera_height_m", task.camera_height_m);
-    task.points = read_list<KnownPoint>(
-        reader, "points", [](JsonReader& item) { return KnownPoint{read_pixel(item, "px"), read_metres(item, "m")}; });
-    task.heights = read_list<KnownHeight>(reader, "heights", read_height);
-    task.lines = read_list<AxisLine>(reader, "lines", read_line);
+    task.points = read_list<KnownPoint>(reader, "points", max_plate_points, [](JsonReader& item) {
+        return KnownPoint{read_pixel(item, "px"), read_metres(item, "m")};
+    });
+    task.heights = read_list<KnownHeight>(reader, "heights", max_plate_heights, read_height);
+    task.lines = read_list<AxisLine>(reader, "lines", max_plate_lines, read_line);
     return task;
 }
 
@@ -178,7 +182,30 @@ json camera_json(ImageSize size, const camera::Intrinsics& k, const camera::Lens
     return entry;
 }
 
+json ground_json(const PlateView& view, ImageSize size) {
+    const auto upper = [&](double x) -> std::optional<double> {
+        std::optional<double> found;
+        for (double y = size.height - 1; y >= 0; y -= 1.0) {
+            const auto at = view.on_ground({x, y}, 0.0);
+            if (!at || glm::distance(*at, view.position) > ground_reach_m) break;
+            found = y;
+        }
+        return found;
+    };
+    const double right = size.width - 1, bottom = size.height - 1;
+    const auto one = upper(0.0), other = upper(right);
+    if (!one || !other) return nullptr;
+    return {{"polygon_px", {{0.0, bottom}, {right, bottom}, {right, *other}, {0.0, *one}}}};
+}
+
 json to_json(const PlateCalibration& found) {
+    const auto lens = camera::LensMap::create(found.lens);
+    const json ground = lens ? ground_json({.k = found.intrinsics,
+                                            .lens = *lens,
+                                            .world_from_optical = camera::world_from_optical_rotation(found.pose),
+                                            .position = found.pose.position},
+                                           found.size)
+                             : json();
     json residuals = json::array();
     for (const PlateResidual& each : found.residuals)
         residuals.push_back({{"of", each.of}, {"px", each.px}, {"off_px", {each.off_px.x, each.off_px.y}}});
@@ -202,6 +229,7 @@ json to_json(const PlateCalibration& found) {
               {"k1", half.k1}}},
             {"person_share_95", found.person_share_95},
             {"ground_m_95", found.ground_m_95},
+            {"ground", ground},
             {"click_px", found.click_px},
             {"click_is_stated", found.is_click_stated},
             {"degrees_of_freedom", found.degrees_of_freedom},
@@ -210,11 +238,26 @@ json to_json(const PlateCalibration& found) {
             {"covariance", {{"of", std::move(names)}, {"rows", std::move(rows)}, {"region_95", found.region_95}}}};
 }
 
+json light_json(const PlateLight& light, const glm::dvec3& direction, double north) {
+    const SunPlace sun = sun_of(direction, north);
+    const double intensity = std::max({light.sun.r, light.sun.g, light.sun.b});
+    return {{"azimuth_deg", sun.azimuth / deg},
+            {"elevation_deg", sun.elevation / deg},
+            {"lights", json::array({{{"type", "directional"},
+                                     {"name", "sun"},
+                                     {"direction", vector_json(direction)},
+                                     {"color", vector_json(light.sun / intensity)},
+                                     {"intensity", intensity}}})},
+            {"environment", {{"ambient", {{"sky", vector_json(light.sky)}, {"ground", vector_json(light.ground)}}}}}};
+}
+
 Result<PlateView> read_camera(const json& value, const std::string& path, ImageSize* size) {
     // A camera has more keys, which say nothing of where a pixel looks.
     json needed = json::object();
     for (const char* key : {"size", "intrinsics", "vfov_deg", "lens", "pose"})
         if (value.is_object() && value.contains(key)) needed[key] = value[key];
+    if (needed.contains("lens") && needed["lens"].is_object())
+        for (const char* key : {"method", "filter", "oversample"}) needed["lens"].erase(key);
     JsonReader reader(needed, path);
     *size = read_size(reader, std::nullopt);
     PlateView view;

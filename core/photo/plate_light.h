@@ -24,6 +24,9 @@ struct PlateLight {
     glm::dvec3 gain{1.0};     ///< by which a drawn colour is multiplied to be the photo's
 };
 
+/// Where nothing was measured: what a clear sky leaves in the shadow of what its sun and it give together.
+inline constexpr glm::dvec3 clear_sky{0.22, 0.25, 0.31};
+
 /// lit, shaded: linear light of one level surface in the sun and in full shadow. `light_direction`: the way the sun's
 /// light travels. `white`: linear light of something level in the sun that reflects `reflectance` of all colours.
 /// Errors: a shadow that is no darker than the sun, a sun below 2 degrees.

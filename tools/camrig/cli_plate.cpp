@@ -21,8 +21,6 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 constexpr std::size_t max_clicks_bytes = std::size_t{1} << 20;
-/// The ground of a new camera reaches this far.
-constexpr double ground_reach_m = 80.0;
 
 struct CalibrateOptions {
     fs::path clicks, photo, known, output, scene;
@@ -88,24 +86,6 @@ Result<json> clicks_of(const CalibrateOptions& options) {
     return all;
 }
 
-/// The part of the photo below its horizon, as far as people are worth looking at; null where the camera sees no
-/// ground.
-json ground_of(const photo::PlateView& view, ImageSize size) {
-    const auto upper = [&](double x) -> std::optional<double> {
-        std::optional<double> found;
-        for (double y = size.height - 1; y >= 0; y -= 1.0) {
-            const auto at = view.on_ground({x, y}, 0.0);
-            if (!at || glm::distance(*at, view.position) > ground_reach_m) break;
-            found = y;
-        }
-        return found;
-    };
-    const double right = size.width - 1, bottom = size.height - 1;
-    const auto one = upper(0.0), other = upper(right);
-    if (!one || !other) return nullptr;
-    return {{"polygon_px", {{0.0, bottom}, {right, bottom}, {right, *other}, {0.0, *one}}}};
-}
-
 /// Puts what was found into a camera's entry, whose size may be another one.
 void put_camera(OrderedJson& entry, const json& found, const photo::PlateView& view, ImageSize size,
                 const CalibrateOptions& options) {
@@ -117,7 +97,8 @@ void put_camera(OrderedJson& entry, const json& found, const photo::PlateView& v
     if (!options.photo.empty() && !entry.contains("backdrop")) {
         const fs::path folder = fs::absolute(options.scene.empty() ? options.output : options.scene).parent_path();
         OrderedJson backdrop{{"file", fs::proximate(fs::absolute(options.photo), folder).string()}};
-        if (const json ground = ground_of(view, size); !ground.is_null()) backdrop["proxies"]["ground"] = ground;
+        if (const json ground = photo::ground_json(view, size); !ground.is_null())
+            backdrop["proxies"]["ground"] = ground;
         entry["backdrop"] = std::move(backdrop);
     }
     if (is_scaled && entry.contains("backdrop")) {

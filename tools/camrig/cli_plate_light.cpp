@@ -118,7 +118,7 @@ Result<photo::PlateLight> match(const LightOptions& options, const std::optional
     }
     if (options.lit.empty() != options.shaded.empty())
         return error(ErrorKind::invalid_argument, "--lit and --shaded: give both, of the same level surface");
-    glm::dvec3 lit(1.0), shaded(0.22, 0.25, 0.31);
+    glm::dvec3 lit(1.0), shaded = photo::clear_sky;
     found["sky_is_measured"] = !options.lit.empty();
     if (!options.lit.empty()) {
         const auto one = measured("--lit", options.lit);
@@ -140,18 +140,9 @@ Result<void> put_light(const LightOptions& options, const std::optional<photo::P
                          "--lit, --shaded, --white: need the sun; give --sun, --time and --place, or --shadow");
         return {};
     }
-    const photo::SunPlace sun = photo::sun_of(**direction, options.north_deg * deg);
-    found["azimuth_deg"] = sun.azimuth / deg;
-    found["elevation_deg"] = sun.elevation / deg;
     const auto light = match(options, picture, **direction, found);
     if (!light) return std::unexpected(light.error());
-    const double intensity = std::max({light->sun.r, light->sun.g, light->sun.b});
-    found["lights"] = json::array({{{"type", "directional"},
-                                    {"name", "sun"},
-                                    {"direction", color_json(**direction)},
-                                    {"color", color_json(light->sun / intensity)},
-                                    {"intensity", intensity}}});
-    found["environment"] = {{"ambient", {{"sky", color_json(light->sky)}, {"ground", color_json(light->ground)}}}};
+    found.update(photo::light_json(*light, **direction, options.north_deg * deg));
     if (!options.white.empty()) found["backdrop"]["plate_gain"] = color_json(light->gain);
     return {};
 }

@@ -33,7 +33,7 @@ ALLOWED: dict[str, list[str]] = {
     "core/engine": ["core"],
     "v4l2_sink": ["core/base", "core/fault", "core/frame", "core/codec", "core/stream"],
     "rtsp_out": ["core/base", "core/fault", "core/frame", "core/codec", "core/stream"],
-    "control/rpc": ["core/base", "core/camera", "core/fault", "core/world", "core/frame", "core/codec", "core/stream",
+    "control/rpc": ["core/base", "core/camera", "core/photo", "core/fault", "core/world", "core/frame", "core/codec", "core/stream",
                     "core/truth", "core/engine/command.h"],
     "control/onvif": ["core/base", "core/camera", "core/world", "core/frame", "core/stream", "core/engine/command.h"],
     "control/unrealcv": ["core/base", "core/camera", "core/world", "core/frame", "core/codec", "core/stream", "core/truth",

@@ -303,6 +303,7 @@ struct IgnoredRegion {
 struct Backdrop {
     std::string kind = "plate";  ///< `plate`, `film` or `panorama`: plate: one picture of a camera that stands still; film: a film of one, which is shown in step with world time, over and over; panorama: equirectangular, what is all around a camera that may turn and zoom
     std::string file = {};  ///< PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size or of one with the same sides, a panorama of any size twice as wide as high; relative to the scene file, in its folder or below, or, of commands, an absolute path
+    Size picture_size = {};  ///< px; of the picture: that of all pixels here; 0 of a panorama
     Rate fps = {};  ///< 1/s; of a film: how many of its pictures are shown in a second, 1/10 to 1000; null: as the film says, here empty
     double yaw_deg = 0;  ///< deg; -360 to 360: of a panorama: which way its middle looks, about z, counter-clockwise from +x
     std::optional<Intrinsics> intrinsics = {};  ///< px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size; null: the camera's are those of its size
@@ -317,6 +318,7 @@ struct Backdrop {
     static void each_member(Self& self, Visit&& visit) {
         visit("kind", self.kind);
         visit("file", self.file);
+        visit("picture_size", self.picture_size);
         visit("fps", self.fps);
         visit("yaw_deg", self.yaw_deg);
         visit("intrinsics", self.intrinsics);

@@ -93,6 +93,10 @@ public:
     ReaderLog fault_log(const std::string& camera = "", std::int64_t since = 0) const;
     /// Who sees whom, and what cameras share (truth.network, docs/truth.md). `params`: cameras, classes, ..
     nlohmann::json visibility(const nlohmann::json& params = nlohmann::json::object()) const;
+    /// From where a photo was taken (plate.calibrate, docs/backdrops.md). `task`: size, points, heights, ..
+    nlohmann::json calibrate_plate(const nlohmann::json& task) const;
+    /// Its sun and sky (plate.light). `known`: sun, or time and place, or shadow and camera.
+    nlohmann::json plate_light(const nlohmann::json& known) const;
 
     // The rig
     nlohmann::json stats() const;

@@ -263,6 +263,8 @@ class Backdrop(TypedDict, total=False):
     """`plate`, `film` or `panorama`: plate: one picture of a camera that stands still; film: a film of one, which is shown in step with world time, over and over; panorama: equirectangular, what is all around a camera that may turn and zoom"""
     file: str
     """PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size or of one with the same sides, a panorama of any size twice as wide as high; relative to the scene file, in its folder or below, or, of commands, an absolute path"""
+    picture_size: list[int]
+    """px; of the picture: that of all pixels here; 0 of a panorama"""
     fps: Union[Union[int, str], None]
     """1/s; of a film: how many of its pictures are shown in a second, 1/10 to 1000; null: as the film says"""
     yaw_deg: float

@@ -102,6 +102,19 @@ class Rig:
         reply = self.call("truth.network", **given, cell_m=cell_m, range_m=range_m, ground_z=ground_z)
         return Network(reply["time_ns"], reply["cameras"], reply["objects"], reply["overlaps"])
 
+    # Photos
+
+    def calibrate_plate(self, size: Sequence[int], **known: Any) -> dict[str, Any]:
+        """From where a photo of this size was taken: camera, residuals and how sure it is (docs/backdrops.md).
+
+        known: points, heights, lines, vfov_deg, click_px, ... as the file of ``camrig plate calibrate`` has them.
+        """
+        return self.call("plate.calibrate", size=list(size), **known)
+
+    def plate_light(self, **known: Any) -> dict[str, Any]:
+        """Sun and sky of a photo, as ``lights`` and ``environment`` of a scene: sun=(azimuth, elevation), time= and place=, or shadow= and camera=."""
+        return self.call("plate.light", **known)
+
     # World
 
     def step(self, *, seconds: float | None = None, nanoseconds: int | None = None, timeout: float = 120.0) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 #include "core/base/picture_fields.h"
 #include "core/camera/pose.h"
+#include "core/world/backdrop/backdrop.h"
+#include "core/world/backdrop/film_player.h"
 #include "core/world/world_fields.h"
 
 namespace camrig::world {
@@ -101,6 +103,26 @@ FieldOf<BackdropSpec> rate_of_film() {
         if (!reader.has_null("fps")) read(reader, changes);
     };
     entry.write = [](const BackdropSpec& spec) { return spec.fps ? rate_to_json(*spec.fps) : json(nullptr); };
+    return entry;
+}
+
+/// What was read of `file`; taken, so that the answer of camera.get makes a camera, and unused.
+FieldOf<BackdropSpec> picture_size() {
+    FieldOf<BackdropSpec> entry{
+        .field = {.name = "picture_size",
+                  .type = "[width, height]",
+                  .doc = "of the picture: that of all pixels here; 0 of a panorama",
+                  .unit = "px",
+                  .by = Field::By::rig,
+                  .schema = R"({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2})"}};
+    entry.read = [](JsonReader& reader, Changes<BackdropSpec>&) {
+        std::array<double, 2> unused{};
+        if (reader.find("picture_size")) reader.required("picture_size", std::span<double>(unused));
+    };
+    entry.write = [](const BackdropSpec& spec) {
+        const ImageSize size = spec.files == nullptr ? ImageSize{} : spec.files->size();
+        return json{size.width, size.height};
+    };
     return entry;
 }
 
@@ -220,6 +242,7 @@ FieldTable<BackdropSpec> fields_of(std::type_identity<BackdropSpec>) {
                     "scene file, in its folder or below, or, of "
                     "commands, an absolute path",
              .required = true}),
+        picture_size(),
         rate_of_film(),
         field_at<&BackdropSpec::yaw_deg>({.name = "yaw_deg",
                                           .doc = "of a panorama: which way its middle looks, about z, "
