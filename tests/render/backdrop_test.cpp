@@ -12,6 +12,7 @@
 
 #include "core/base/random.h"
 #include "core/render/software/software_drawer.h"
+#include "core/world/backdrop/mask_pieces.h"
 #include "tests/render/support/test_rig.h"
 
 // Plates: a picture that people walk in. What is known exactly: the picture's own bytes where nothing is in front, and
@@ -337,7 +338,7 @@ TEST(Plate, CutoutHidesWhoGoesBehindItAndNotWhoIsInFront) {
     const TestCamera camera{.eye = {0, 0, 1.6}, .size = {160, 120}, .focal_px = 120.0};
     world::ProxiesSpec proxies;
     // A pole whose foot is 8 m away: 1.6 m below the eye are 24 pixels.
-    proxies.cutouts = {{.polygon_px = {{70, 84}, {90, 84}, {90, 20}, {70, 20}}, .foot_px = {79.5, 83.5}}};
+    proxies.cutouts = {{.polygon_px = {{70, 84}, {90, 84}, {90, 20}, {70, 20}}, .mask = {}, .foot_px = {79.5, 83.5}}};
     const world::Image picture = noise(camera.size);
     const View view = all_kinds(with_plate(camera.view(), picture, proxies));
     const auto at = [&](double ahead) {
@@ -362,6 +363,48 @@ TEST(Plate, CutoutHidesWhoGoesBehindItAndNotWhoIsInFront) {
     float depth = 0.0f;
     std::memcpy(&depth, behind[1]->bytes().data() + pixel, 4);
     EXPECT_NEAR(depth, 8.0, 1e-4);
+}
+
+/// A mask of single pixels, runs and large pieces: pixel by pixel somebody is there or behind it.
+TEST(Plate, MaskHidesExactlyWhatItMarks) {
+    for (const Looking& looking : lenses()) {
+        const TestCamera camera = camera_through(looking, world::Quality::fast);
+        world::Image mask = noise(camera.size);
+        const auto is_marked = [&](int x, int y) {
+            // Below the camera's horizon nothing stands upright at a foot 4 m away and is seen all around a fisheye.
+            return x > 40 && x < 120 && y > 30 && y < 90 &&
+                   ((x / 20 + y / 20) % 2 == 0 ||
+                    mask.rgba[4 * static_cast<std::size_t>(y * camera.size.width + x)] > 200);
+        };
+        world::Image marks = mask;
+        for (int y = 0; y < camera.size.height; ++y)
+            for (int x = 0; x < camera.size.width; ++x)
+                marks.rgba[4 * static_cast<std::size_t>(y * camera.size.width + x) + 3] = is_marked(x, y) ? 255 : 0;
+        world::ProxiesSpec proxies;
+        proxies.cutouts = {{.polygon_px = {}, .mask = "mask.png", .foot_px = {80.0, 95.0}}};
+        const world::Image picture = noise(camera.size);
+        const View view = with_plate(camera.view(), picture, proxies, [&](world::BackdropSpec& backdrop) {
+            auto files = std::make_shared<world::BackdropFiles>(*backdrop.files);
+            files->masks = {world::mask_pieces(marks).value()};
+            backdrop.files = files;
+        });
+        TestWorld world;
+        // A wall far behind, before all that the camera sees.
+        world.movers = {instance_of(model_of(box({0.1f, 300.0f, 300.0f}), colored({0.9f, 0.1f, 0.9f})),
+                                    {40.0, 0.0, 0.0}, person_id)};
+        const auto by = drawer();
+        const world::Image got = picture_of(*drawn(*by, world.snapshot(), view).front());
+        int hidden = 0;
+        for (int y = 31; y < 90; ++y) {
+            for (int x = 41; x < 120; ++x) {
+                const std::size_t at = 4 * static_cast<std::size_t>(y * camera.size.width + x);
+                const bool shows_picture = std::equal(&got.rgba[at], &got.rgba[at] + 3, &picture.rgba[at]);
+                EXPECT_EQ(shows_picture, is_marked(x, y)) << looking.name << ", " << x << ", " << y;
+                hidden += shows_picture;
+            }
+        }
+        EXPECT_GT(hidden, 1000) << looking.name;
+    }
 }
 
 /// Of the sun that a proxy keeps from the picture already, nobody can keep any more.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/base/portable_math.h"
 #include "core/camera/camera_model.h"
@@ -54,7 +55,7 @@ public:
     Result<std::vector<glm::dvec3>> corners_of(const GroundProxy& ground) const;
     Result<void> add(const GroundProxy& ground);
     Result<void> add(const BoxProxy& box);
-    Result<void> add(const CutoutProxy& cutout);
+    Result<void> add(const CutoutProxy& cutout, std::span<const PixelRect> mask);
     /// All of them; null: none.
     ModelRef model();
     std::vector<glm::dvec2> in_camera(std::vector<glm::dvec2> pixels) const {
@@ -180,21 +181,37 @@ Result<void> ProxyMaker::add(const BoxProxy& box) {
     return {};
 }
 
-Result<void> ProxyMaker::add(const CutoutProxy& cutout) {
+Result<void> ProxyMaker::add(const CutoutProxy& cutout, std::span<const PixelRect> mask) {
+    if (cutout.polygon_px.empty() == mask.empty()) return std::unexpected(refused(": give one of polygon_px and mask"));
     const auto foot = on_ground(cutout.foot_px, cutout.z);
     if (!foot) return under(".foot_px", foot.error());
     const double distance = glm::length(glm::dvec2(*foot));
     if (!(distance > spec_.near_m)) return std::unexpected(refused(".foot_px: is right below the camera"));
     const glm::dvec2 ahead = glm::dvec2(*foot) / distance, aside(-ahead.y, ahead.x);
+    const std::string given = mask.empty() ? ".polygon_px" : ".mask";
+    const auto upright = [&](const glm::dvec2& pixel) -> Result<glm::dvec3> {
+        const auto d = direction(pixel);
+        const double along = d ? glm::dot(glm::dvec2(*d), ahead) : 0.0;
+        if (along > 1e-3) return *d * (distance / along);
+        return std::unexpected(refused(given + ": not all of it can stand upright at its foot as the camera sees it"));
+    };
+    for (const PixelRect& piece : mask) {
+        begin(glm::dvec3(-ahead, 0.0));
+        for (const auto& [x, y] :
+             {std::pair(piece.x0, piece.y0), {piece.x1, piece.y0}, {piece.x1, piece.y1}, {piece.x0, piece.y1}}) {
+            const auto place = upright(glm::dvec2(x, y) - 0.5);
+            if (!place) return std::unexpected(place.error());
+            corner(*place);
+        }
+        close(box_face_triangles);
+    }
+    if (!mask.empty()) return {};
     std::vector<glm::dvec3> corners;
     std::vector<glm::dvec2> flat;
     for (const glm::dvec2& pixel : with_short_sides(cutout.polygon_px)) {
-        const auto d = direction(pixel);
-        const double along = d ? glm::dot(glm::dvec2(*d), ahead) : 0.0;
-        if (!(along > 1e-3))
-            return std::unexpected(
-                refused(".polygon_px: not all of it can stand upright at its foot as the camera sees it"));
-        corners.push_back(*d * (distance / along));
+        const auto place = upright(pixel);
+        if (!place) return std::unexpected(place.error());
+        corners.push_back(*place);
         flat.emplace_back(glm::dot(glm::dvec2(corners.back()), aside), corners.back().z);
     }
     const auto triangles = triangles_of(flat);
@@ -290,14 +307,15 @@ Result<std::shared_ptr<const Backdrop>> make_backdrop(const CameraSpec& spec) {
     const std::string proxies = "backdrop.proxies.";
     if (given.proxies.ground)
         if (auto added = maker.add(*given.proxies.ground); !added) return under(proxies + "ground", added.error());
-    const auto add_all = [&](const auto& shapes, const std::string& list) -> Result<void> {
-        for (std::size_t i = 0; i < shapes.size(); ++i)
-            if (auto added = maker.add(shapes[i]); !added) return under(item_path(list, i), added.error());
-        return {};
-    };
-    for (const auto& good :
-         {add_all(given.proxies.boxes, proxies + "boxes"), add_all(given.proxies.cutouts, proxies + "cutouts")})
-        if (!good) return std::unexpected(good.error());
+    for (std::size_t i = 0; i < given.proxies.boxes.size(); ++i)
+        if (auto added = maker.add(given.proxies.boxes[i]); !added)
+            return under(item_path(proxies + "boxes", i), added.error());
+    for (std::size_t i = 0; i < given.proxies.cutouts.size(); ++i) {
+        const auto& masks = given.files->masks;
+        const auto mask = i < masks.size() ? std::span(masks[i]) : std::span<const PixelRect>();
+        if (auto added = maker.add(given.proxies.cutouts[i], mask); !added)
+            return under(item_path(proxies + "cutouts", i), added.error());
+    }
 
     auto made = std::make_shared<Backdrop>();
     made->size = spec.size;

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <vector>
 
+#include "core/base/pixel_rect.h"
 #include "core/base/result.h"
 #include "core/world/backdrop/backdrop_spec.h"
 #include "core/world/backdrop/film_player.h"
@@ -21,6 +22,8 @@ struct BackdropFiles {
     std::shared_ptr<const FilmFile> film;      ///< of a film, else null
     std::shared_ptr<const Panorama> panorama;  ///< of a panorama, else null
     ModelRef proxies;                          ///< null: none
+    /// Of each of the cut-outs, in the picture's pixels; empty: it has no mask.
+    std::vector<std::vector<PixelRect>> masks;
 
     ImageSize size() const { return film != nullptr ? film->index.size : picture.size; }
 };

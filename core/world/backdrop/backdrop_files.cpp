@@ -2,6 +2,7 @@
 
 #include "core/base/error_list.h"
 #include "core/world/backdrop/backdrop.h"
+#include "core/world/backdrop/mask_pieces.h"
 #include "core/world/backdrop/scale_picture.h"
 #include "core/world/gltf/image_decode.h"
 #include "core/world/gltf/resources.h"
@@ -138,6 +139,24 @@ Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& fold
                 files->proxies = std::move(*model);
                 return {};
             });
+        if (!good) return good;
+    }
+    files->masks.resize(spec.proxies.cutouts.size());
+    for (std::size_t i = 0; i < spec.proxies.cutouts.size(); ++i) {
+        CutoutProxy& cutout = spec.proxies.cutouts[i];
+        if (cutout.mask.empty() || spec.is_panorama()) continue;
+        const std::string field = item_path("backdrop.proxies.cutouts", i) + ".mask";
+        auto good = read(cutout.mask, field.c_str(), [&](const std::filesystem::path& file) -> Result<void> {
+            auto mask = read_picture(file);
+            if (!mask) return std::unexpected(mask.error());
+            if (mask->size != files->size())
+                return error(ErrorKind::invalid_argument, file.string() + ": is " + mask->size.to_string() +
+                                                              ", and the picture is " + files->size().to_string());
+            auto pieces = mask_pieces(*mask);
+            if (!pieces) return at(file.string(), pieces.error());
+            files->masks[i] = std::move(*pieces);
+            return {};
+        });
         if (!good) return good;
     }
     spec.files = std::move(files);

@@ -181,8 +181,11 @@ FieldTable<BoxProxy> fields_of(std::type_identity<BoxProxy>) {
 
 FieldTable<CutoutProxy> fields_of(std::type_identity<CutoutProxy>) {
     static const std::vector<FieldOf<CutoutProxy>> table{
-        polygon_at<&CutoutProxy::polygon_px>(
-            {.name = "polygon_px", .doc = "its outline in the picture", .required = true, .unit = "px"}),
+        polygon_at<&CutoutProxy::polygon_px>({.name = "polygon_px", .doc = "its outline in the picture", .unit = "px"}),
+        field_at<&CutoutProxy::mask>(
+            {.name = "mask",
+             .doc = "instead: PNG of the picture's size, beside it; what is opaque or, if all of it is, light is cut "
+                    "out. Empty: none"}),
         numbers_at<&CutoutProxy::foot_px>({.name = "foot_px",
                                            .doc = "where it stands on the ground, below the horizon",
                                            .required = true,

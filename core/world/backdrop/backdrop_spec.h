@@ -46,9 +46,11 @@ struct BoxProxy {
 };
 FieldTable<BoxProxy> fields_of(std::type_identity<BoxProxy>);
 
-/// What the picture shows within the polygon stands upright where its foot is on the ground, and faces the camera.
+/// What the picture shows within the polygon, or where the mask marks it, stands upright where its foot is on the
+/// ground, and faces the camera.
 struct CutoutProxy {
     std::vector<glm::dvec2> polygon_px;
+    std::string mask;  ///< a picture of the same size; empty: the polygon counts
     glm::dvec2 foot_px{0.0};
     double z = 0.0;  ///< of the ground at its foot
     friend bool operator==(const CutoutProxy&, const CutoutProxy&) = default;

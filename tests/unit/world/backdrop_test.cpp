@@ -8,6 +8,7 @@
 
 #include "core/base/random.h"
 #include "core/camera/camera_model.h"
+#include "core/world/backdrop/mask_pieces.h"
 #include "core/world/backdrop/scale_picture.h"
 #include "core/world/backdrop/triangulate.h"
 #include "core/world/camera_json.h"
@@ -292,6 +293,39 @@ TEST(Backdrop, RoutesStayOnWhatIsWalkable) {
     ASSERT_FALSE(far);
     EXPECT_THAT(far.error().message,
                 StartsWith("backdrop.proxies.walkable[0].polygon_px[2]: is over the horizon of the ground"));
+}
+
+TEST(MaskPieces, CoverWhatIsMarkedOnceInSmallRectangles) {
+    for (const bool by_alpha : {true, false}) {
+        Image mask = gray({131, 67}, by_alpha ? 255 : 0);
+        std::vector<bool> marks;
+        for (std::size_t i = 0; i < mask.rgba.size() / 4; ++i) {
+            // Large areas, and single pixels in them and beside.
+            marks.push_back((i / 40 % 2 == 0) != (random_unit(3, 1, i) < 0.1));
+            const auto code = static_cast<std::uint8_t>(marks.back() ? 128 : 127);
+            std::fill_n(&mask.rgba[4 * i], 3, by_alpha ? 9 : code);
+            mask.rgba[4 * i + 3] = by_alpha ? code : 255;
+        }
+        std::vector<int> covered(marks.size());
+        const auto pieces = mask_pieces(mask);
+        ASSERT_TRUE(pieces) << pieces.error().message;
+        for (const PixelRect& piece : *pieces) {
+            EXPECT_TRUE(piece.width() >= 1 && piece.width() <= 16 && piece.height() >= 1 && piece.height() <= 16);
+            for (int y = piece.y0; y < piece.y1; ++y)
+                for (int x = piece.x0; x < piece.x1; ++x) ++covered[static_cast<std::size_t>(y * 131 + x)];
+        }
+        for (std::size_t i = 0; i < marks.size(); ++i) ASSERT_EQ(covered[i], marks[i] ? 1 : 0) << i;
+    }
+}
+
+TEST(MaskPieces, MasksOfNothingAndOfTooMuchAreRefused) {
+    EXPECT_THAT(*mask_pieces(gray({64, 64}, 255)), testing::SizeIs(16));
+    Image dark = gray({64, 64}, 0);
+    EXPECT_THAT(mask_pieces(dark).error().message, HasSubstr("marks nothing"));
+    Image board = gray({400, 400}, 255);
+    for (std::size_t i = 0; i < board.rgba.size() / 4; ++i)
+        board.rgba[4 * i + 3] = (i % 400 + i / 400) % 2 == 0 ? 255 : 0;
+    EXPECT_THAT(mask_pieces(board).error().message, HasSubstr("is too ragged"));
 }
 
 }  // namespace
