@@ -111,6 +111,11 @@ def test_what_is_wrong_is_said_with_its_place(rig, tmp_path):
     assert "ground.polygon_px[1]: is over the horizon" in refused(proxies={"ground": {"polygon_px": [[9, 400], [9, 20], [99, 400]]}})
     assert "cutouts[0].foot_px: is over the horizon" in refused(
         proxies={"cutouts": [{"polygon_px": [[9, 9], [20, 9], [20, 99]], "foot_px": [15, 100]}]})
+    foot = {"foot_px": [320, 400]}
+    assert "cutouts[0]: give one of polygon_px and mask" in refused(proxies={"cutouts": [foot]})
+    assert "cutouts[0].mask: " in refused(proxies={"cutouts": [{**foot, "mask": str(wide)}]})
+    assert "is 640x360, and the picture is 640x480" in refused(proxies={"cutouts": [{**foot, "mask": str(wide)}]})
+    assert "good.png: marks nothing" in refused(proxies={"cutouts": [{**foot, "mask": str(good)}]})
     assert "ptz: a camera with a backdrop stands still" in refused(ptz={})
     cam = rig.create_camera("gate", position=(0, 0, 2), pan_deg=0, backdrop={"file": str(upright), "proxies": {**ground, "scene": "hidden"}})
     with pytest.raises(camrig.CamrigError, match="seconds: a camera with a backdrop stands still"):
@@ -152,3 +157,21 @@ def test_a_scene_file_has_its_photo_beside_it(tmp_path):
     scene.write_text(json.dumps({"camrig_scene": 1, "name": "gate", "cameras": [camera]}))
     with pytest.raises(camrig.CamrigError, match=r"cameras\[0\]\.backdrop\.file: .*nowhere\.png"):
         camrig.start(str(scene), mode="lockstep").close()
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep")
+def test_a_mask_cuts_out_what_it_marks(rig, tmp_path):
+    """As far as its foot is away, pixel by pixel."""
+    photo, mask = tmp_path / "gate.png", tmp_path / "tree.png"
+    cv2.imwrite(str(photo), np.full((240, 320, 3), 90, np.uint8))
+    marks = np.zeros((240, 320), np.uint8)
+    cv2.circle(marks, (160, 120), 40, 255, -1)
+    cv2.imwrite(str(mask), marks)
+    cutout = {"mask": str(mask), "foot_px": [160, 200]}
+    cam = rig.create_camera("gate", size=(320, 240), position=(0, 0, 2), pan_deg=0, backdrop={"file": str(photo), "proxies": {"scene": "hidden", "cutouts": [cutout]}})
+    rig.step(seconds=0.04)
+    depth = cam.frame(kind="depth").image
+    assert np.array_equal(np.isfinite(depth), marks > 0)
+    foot_m = 2 / ((200 - cam.K[1, 2]) / cam.K[1, 1])
+    assert depth[marks > 0] == pytest.approx(foot_m, rel=1e-3)  # its plane faces the foot, half a pixel aside
+    assert rig.call("camera.get", name="gate")["backdrop"]["proxies"]["cutouts"][0]["mask"] == str(mask)

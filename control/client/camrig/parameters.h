@@ -230,12 +230,14 @@ struct BoxProxy {
 /// Of a camera: cutouts.
 struct CutoutProxy {
     std::vector<Vector2> polygon_px = {};  ///< px; its outline in the picture
+    std::string mask = {};  ///< instead: PNG of the picture's size, beside it; what is opaque or, if all of it is, light is cut out. Empty: none
     Vector2 foot_px = {};  ///< px; where it stands on the ground, below the horizon
     double z = 0;  ///< m; -1e10 to 1e10: height of the ground
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
         visit("polygon_px", self.polygon_px);
+        visit("mask", self.mask);
         visit("foot_px", self.foot_px);
         visit("z", self.z);
     }

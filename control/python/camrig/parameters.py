@@ -204,6 +204,8 @@ class CutoutProxy(TypedDict, total=False):
 
     polygon_px: list[list[float]]
     """px; its outline in the picture"""
+    mask: str
+    """instead: PNG of the picture's size, beside it; what is opaque or, if all of it is, light is cut out. Empty: none"""
     foot_px: list[float]
     """px; where it stands on the ground, below the horizon"""
     z: float
