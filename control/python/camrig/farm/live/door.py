@@ -261,12 +261,17 @@ class Door:
             node = self.node_for(params)
             try:
                 reply = await self.while_there(node["node"], self._look_at(node, request, client))
-                if request["method"] == "server.info" and self.http and "result" in reply:
-                    reply["result"] |= self.http | ({} if reply["result"].get("host") == self.http["host"] else {"rtsp": 0})
+                if request["method"] == "server.info" and self.http and isinstance(reply, dict) and "result" in reply:
+                    reply["result"] = self._info(reply["result"])
                 return reply
             except CamrigError:
                 client.wires.pop(node["life"], None)
                 self.forget(node["node"])  # looking changes nothing: another can answer
+
+    def _info(self, of_node: dict[str, Any]) -> dict[str, Any]:
+        """Where HTTP is: here. RTSP is the nodes' own, so it is told where their address is the same."""
+        own = {key: value for key, value in of_node.items() if key != "key_file"} | self.http
+        return own if of_node.get("host") == self.http["host"] else own | {"rtsp": 0}
 
     async def while_there(self, node: str, answer: Coroutine[Any, Any, Any]) -> Any:
         """A node that hangs closes nothing."""

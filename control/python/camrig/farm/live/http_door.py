@@ -101,7 +101,7 @@ class HttpDoor:
                 self.key_file = write_command_key(self._key, at, bound)
             except CamrigError as problem:  # the printed link has it
                 print(f"camrig farm: {problem.message}; until then no client finds the key for commands by itself", file=sys.stderr, flush=True)
-        self._door.http = {"host": at, "http": bound, "key_file": self.key_file}
+        self._door.http = {"host": at, "http": bound, **({"key_file": self.key_file} if self.key_file else {})}
 
     @property
     def link(self) -> str:
