@@ -99,8 +99,18 @@ def test_stock_clients_reach_each_camera_at_the_farms_address_whoever_owns_it():
             shown = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", url, "-frames:v", "3", "-f", "framecrc", "-"], capture_output=True, text=True, timeout=60)
             assert shown.returncode == 0 and len([line for line in shown.stdout.splitlines() if not line.startswith("#")]) == 3, shown.stderr
             assert curl(f"{facts['http']}cameras/{camera}/snapshot.jpg").startswith(b"\xff\xd8")
-        metrics = ask(facts["http"] + "metrics")[1]
-        assert all(f'camrig_world_time_seconds{{node="{node}"}}' in metrics for node in ports)
+        # As the page does it: on one connection, each camera from its owner.
+        live = ["curl", "-sN", "--max-time", "20", f"{facts['http']}live?cameras={','.join(cameras.values())}&width=160"]
+        streams = lambda: [f'camrig_http_streams{{node="{node}"}} {count}\n' in ask(facts["http"] + "metrics")[1] for node in ports for count in (0, 1)]
+        wait_until(lambda: streams() == [True, False] * 2, what="the streams above to be closed")
+        with subprocess.Popen(live, stdout=subprocess.PIPE) as watching:
+            shows = b""
+            while not all(shows.count(f"X-Camera: {camera}\r\n".encode()) >= 2 for camera in cameras.values()):
+                some = watching.stdout.read1()
+                assert some, shows[:1000]
+                shows += some
+            assert streams() == [False, True] * 2
+            watching.kill()
 
         (staying, _), (dying, camera) = sorted(cameras.items(), key=lambda each: next(node["is_sequencer"] for node in nodes_of(rig) if node["node"] == each[0]), reverse=True)
         stream = f"{facts['http']}cameras/{camera}/stream.mjpg"

@@ -24,10 +24,12 @@ from ...runtime import write_command_key
 from .door import Client, Door
 from .http_access import COOKIE, check, equal_tokens, is_loopback, token_of
 from .metrics import page as metrics_page
+from .multipart import join, parts_of
 from .wire import CONNECT_S, url_of
 
 #: Bounds: open connections; a body (aiohttp's own); then the times to send a request, to take some bytes, to wait for a node's answer and for one of /rpc.
 _MAX_CONNECTIONS, _MAX_BODY = 512, 1 << 20
+_MAX_LIVE = 64  # cameras, as the rig has it
 _MAX_ANSWER = 96 << 20  # of a node, to who may only look
 _REQUEST_S, _STALLED_S, _REPLY_S, _RPC_S, _WRONG_TOKEN_S = 10.0, 10.0, 30.0, 600.0, 0.25
 _STATUS = {"invalid_argument": 400, "not_found": 404, "already_exists": 409, "unavailable": 503, "unsupported": 501, "resource_exhausted": 503, "unauthorized": 401}
@@ -83,6 +85,22 @@ async def _metrics(door: Door, session: aiohttp.ClientSession) -> web.Response:
     return web.Response(body=(await metrics_page(door, session)).encode(), headers={"Content-Type": "text/plain; version=0.0.4; charset=utf-8", **_OWN})
 
 
+class _WhileThere:
+    """The body of a node's answer. A node that hangs closes nothing."""
+
+    def __init__(self, door: Door, node: str, body: aiohttp.StreamReader) -> None:
+        self._door, self._node, self._body = door, node, body
+
+    async def readuntil(self, separator: bytes = b"\n") -> bytes:
+        return await self._door.while_there(self._node, self._body.readuntil(separator))
+
+    async def readexactly(self, n: int) -> bytes:
+        return await self._door.while_there(self._node, self._body.readexactly(n))
+
+    async def readany(self) -> bytes:
+        return await self._door.while_there(self._node, self._body.readany())
+
+
 class HttpDoor:
     def __init__(self, door: Door) -> None:
         self._door, self._session, self._key = door, _session(door), ""
@@ -130,7 +148,9 @@ class HttpDoor:
                 return _error("unsupported", f"{request.path[:80]} takes GET, HEAD and OPTIONS", 405)
             if request.path == "/metrics":
                 return await _metrics(self._door, self._session)
-            return await self._from_node(request)
+            if request.path == "/live":
+                return await self._live(request)
+            return await self._from_node(request, self._camera_of(request.path))
         except CamrigError as problem:
             return _error(problem.kind, problem.message)
 
@@ -164,15 +184,48 @@ class HttpDoor:
         except (aiohttp.ClientError, asyncio.TimeoutError, ValueError) as problem:
             raise CamrigError("unavailable", f"{request['method']}: the node has gone ({problem}); ask again") from None
 
-    def _camera_of(self, request: web.BaseRequest) -> str | None:
-        """Whose owner is to answer. (Of several, on one connection, the first's: every node can show every camera.)"""
-        parts = request.path.split("/")
-        if request.path == "/live":
-            return request.query.get("cameras", "").partition(",")[0]
+    @staticmethod
+    def _camera_of(path: str) -> str | None:
+        """Whose owner is to answer."""
+        parts = path.split("/")
         return parts[2] if len(parts) == 4 and parts[1] == "cameras" else None
 
-    async def _from_node(self, request: web.BaseRequest) -> web.StreamResponse:
-        camera, query = self._camera_of(request), request.rel_url.raw_query_string
+    async def _live(self, request: web.BaseRequest) -> web.StreamResponse:
+        """Each camera from its owner, all on one connection. Ends when one of them ends; who reads asks again."""
+        names = request.query.get("cameras", "").split(",")
+        by_node: dict[str, list[str]] = {}
+        for name in names[:_MAX_LIVE]:
+            by_node.setdefault(self._door.node_for({"camera": name})["node"], []).append(name)
+        if len(by_node) < 2 or len(names) > _MAX_LIVE or request.method != "GET":
+            return await self._from_node(request, names[0])
+        replies: list[tuple[str, aiohttp.ClientResponse]] = []
+        try:
+            for node, own in by_node.items():
+                target = f"/live?{request.rel_url.update_query(cameras=','.join(own)).raw_query_string}"
+                try:
+                    reply = await self._door.while_there(node, self._ask(self._door.nodes()[node], request, target))
+                except (aiohttp.ClientError, asyncio.TimeoutError, KeyError):
+                    self._door.forget(node)
+                    raise CamrigError("unavailable", f"node {node} has gone; ask again") from None
+                replies.append((node, reply))
+                if reply.status != 200:
+                    return await self._pass(request, reply, node)
+            made = self._begin(replies[0][1])
+            await made.prepare(request)
+
+            async def write(part: bytes) -> None:
+                await asyncio.wait_for(made.write(part), _STALLED_S)
+
+            with contextlib.suppress(aiohttp.ClientError, asyncio.TimeoutError, CamrigError, ConnectionError, ValueError):
+                await join([parts_of(_WhileThere(self._door, node, reply.content)) for node, reply in replies], write)
+            made.force_close()
+            return made
+        finally:
+            for _, reply in replies:
+                reply.close()
+
+    async def _from_node(self, request: web.BaseRequest, camera: str | None) -> web.StreamResponse:
+        query = request.rel_url.raw_query_string
         target = request.rel_url.raw_path + (f"?{query}" if query else "")
         is_stream = request.path.endswith("/stream.mjpg")
         by_query = not self._door.token or "token" in request.query
@@ -196,17 +249,23 @@ class HttpDoor:
         asking = self._session.request(request.method, URL(url_of(node, target), encoded=True), headers=passed, allow_redirects=False)
         return await asyncio.wait_for(asking, _REPLY_S)
 
-    async def _pass(self, request: web.BaseRequest, reply: aiohttp.ClientResponse, node: str) -> web.StreamResponse:
-        """Byte by byte; ends with the node."""
+    @staticmethod
+    def _begin(reply: aiohttp.ClientResponse) -> web.StreamResponse:
         made = web.StreamResponse(status=reply.status, reason=reply.reason)
         for name, value in reply.headers.items():
             if name.lower() not in _NOT_PASSED:
                 made.headers.add(name, value)
+        return made
+
+    async def _pass(self, request: web.BaseRequest, reply: aiohttp.ClientResponse, node: str) -> web.StreamResponse:
+        """Byte by byte; ends with the node."""
+        made = self._begin(reply)
         if self._door.token and "token" in request.query and reply.status == 200 and not request.path.startswith(_GUARDED):
             made.set_cookie(COOKIE, self._door.token, path="/", httponly=True, samesite="Strict")
         await made.prepare(request)
+        body = _WhileThere(self._door, node, reply.content)
         try:
-            while some := await self._door.while_there(node, reply.content.readany()):
+            while some := await body.readany():
                 await asyncio.wait_for(made.write(some), _STALLED_S)
             await made.write_eof()
         except (aiohttp.ClientError, asyncio.TimeoutError, CamrigError, ConnectionError):
