@@ -150,6 +150,11 @@ def test_without_the_key_one_looks_and_a_page_of_another_origin_does_neither():
         assert [answer["id"] for answer in json.loads(both[1])] == [1, 2]
         assert ask(url + "rpc", post={"jsonrpc": "2.0", "method": "world.status"}) == (204, "")
         assert ask(url + "rpc", post="x" * (1 << 20))[0] == 413 and ask(url + "rpc")[0] == 405
+        for params in ("x", [1]):
+            assert call(url, "camera.list", params) == call(url, "camera.set", params, **key) == "invalid_argument"
+        assert call(url, "camera.get", {"name": "x" * (1 << 19)}) == "invalid_argument" and len(nodes_of(rig)) == 2  # no node is taken for dead
+        for target in ("*", "@127.0.0.1:1/x", "x:1/x", "//127.0.0.1:1/x", "/cameras/../x"):
+            assert curl("--path-as-is", "--request-target", target, "-o", os.devnull, "-w", "%{http_code}", url) in (b"400", b"404"), target
         assert b"HTTP/1.1 415" in curl("-D", "-", "-d", "{}", url + "rpc")
         assert call(url, "frame.get", {"camera": "eye", "encoding": "bytes"}, **key) == "invalid_argument"
         # Python finds the key by itself.

@@ -171,6 +171,8 @@ class Door:
     async def _answer(self, request: dict[str, Any], client: Client) -> Any:
         method, params = request["method"], request.get("params") or {}
         try:
+            if not isinstance(params, dict):
+                raise CamrigError("invalid_argument", f"{method}: params: must be an object")
             if method == "farm.status":
                 return {"result": await self._status()}
             if not client.may_command and method in ("farm.scale", "server.shutdown"):

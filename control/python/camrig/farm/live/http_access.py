@@ -1,4 +1,4 @@
-"""Who may ask by HTTP, as the rig's own server has it (rtsp_out/http/access.h and asking_page.h; docs/decisions/0090-command-key.md)."""
+"""Who may ask by HTTP, as the rig's own server has it (rtsp_out/http/access.h and asking_page.h; docs/decisions/0090-who-may-command.md)."""
 
 from __future__ import annotations
 
@@ -39,10 +39,8 @@ def check(method: str, headers: Mapping[str, str], own_name: str, has_token: boo
     def refuse(why: str) -> CamrigError:
         return CamrigError("unauthorized", f"a web page of another origin may neither command nor have pictures made ({why})")
 
-    host = headers.get("Host")
-    if not host:
-        raise CamrigError("invalid_argument", "HTTP/1.1 needs a Host field")
-    if not has_token and not is_loopback(_name_of(host)) and _name_of(host).lower() != own_name.lower():
+    host = headers.get("Host")  # aiohttp takes no HTTP/1.1 without
+    if host is not None and not has_token and not is_loopback(_name_of(host)) and _name_of(host).lower() != own_name.lower():
         raise CamrigError("unauthorized", f"Host '{host[:80]}' is not this server's; use localhost, 127.0.0.1 or the address given by --http")
     if method in _LOOKING and not is_guarded:
         return
@@ -54,5 +52,5 @@ def check(method: str, headers: Mapping[str, str], own_name: str, has_token: boo
                 page = urlsplit(headers[name])
             except ValueError:
                 raise refuse(name) from None
-            if page.scheme not in ("http", "https") or page.netloc.lower() != host.lower():
+            if page.scheme not in ("http", "https") or host is None or page.netloc.lower() != host.lower():
                 raise refuse(name)

@@ -9,14 +9,16 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import logging
 import os
 import secrets
 import socket
 import sys
-from typing import Any, Awaitable, Callable
+from typing import Any, Awaitable, Callable, Sequence
 
 import aiohttp
 from aiohttp import web
+from aiohttp.http import HttpProcessingError
 from yarl import URL
 
 from ...errors import CamrigError
@@ -27,12 +29,19 @@ from .metrics import page as metrics_page
 from .multipart import join, parts_of
 from .wire import CONNECT_S, url_of
 
+#: What strangers send that is no HTTP is answered (400), and not worth a trace each.
+_log = logging.getLogger(__name__)
+_log.addFilter(lambda record: not (record.exc_info and isinstance(record.exc_info[1], HttpProcessingError)))
+
 #: Bounds: open connections; a body (aiohttp's own); then the times to send a request, to take some bytes, to wait for a node's answer and for one of /rpc.
 _MAX_CONNECTIONS, _MAX_BODY = 512, 1 << 20
 _MAX_LIVE = 64  # cameras, as the rig has it
 _MAX_ANSWER = 96 << 20  # of a node, to who may only look
 _REQUEST_S, _STALLED_S, _REPLY_S, _RPC_S, _WRONG_TOKEN_S = 10.0, 10.0, 30.0, 600.0, 0.25
 _STATUS = {"invalid_argument": 400, "not_found": 404, "already_exists": 409, "unavailable": 503, "unsupported": 501, "resource_exhausted": 503, "unauthorized": 401}
+#: Nodes that one request is put to, one after the other, and what it looks like when one has gone.
+_MOST_TRIES = 8
+_GONE = (aiohttp.ClientConnectionError, asyncio.TimeoutError, CamrigError)
 #: Of a node's answer: what belongs to its connection with us.
 _NOT_PASSED = {"connection", "keep-alive", "transfer-encoding", "date", "set-cookie"}
 #: Of answers of our own; a node's bring theirs.
@@ -43,6 +52,10 @@ _GUARDED = ("/cameras", "/live", "/healthz", "/metrics")
 
 def _error(kind: str, message: str, status: int | None = None) -> web.Response:
     return web.json_response({"error": {"kind": kind, "message": message}}, status=status or _STATUS.get(kind, 500), headers=_OWN)
+
+
+def _rpc_error(kind: str, message: str) -> dict[str, Any]:
+    return {"error": {"code": -32000, "message": message, "data": {"kind": kind}}}
 
 
 class _Refused(asyncio.Protocol):
@@ -58,22 +71,20 @@ async def _listen(handler: Callable[[web.BaseRequest], Awaitable[web.StreamRespo
     except OSError as problem:
         raise CamrigError("unavailable", f"cannot listen at {host}:{port}: {problem.strerror}") from None
     # keepalive_timeout: for a request to come, the first one too. The bound of a body is aiohttp's own.
-    server = web.Server(handler, access_log=None, keepalive_timeout=_REQUEST_S, handler_cancellation=True)
+    server = web.Server(handler, access_log=None, logger=_log, keepalive_timeout=_REQUEST_S, handler_cancellation=True)
     await asyncio.get_running_loop().create_server(lambda: server() if len(server.connections) < _MAX_CONNECTIONS else _Refused(), sock=listening)
     return listening.getsockname()[:2]
 
 
-def _session(door: Door) -> aiohttp.ClientSession:
+def session_of(door: Door) -> aiohttp.ClientSession:
     """To nodes. A connection serves one request: one that a node just closed would look as if the node had gone."""
     headers = {"Authorization": f"Bearer {door.token}"} if door.token else {}
     return aiohttp.ClientSession(connector=aiohttp.TCPConnector(limit=0, force_close=True), headers=headers, auto_decompress=False,
                                  skip_auto_headers=["Accept-Encoding"], timeout=aiohttp.ClientTimeout(total=None, sock_connect=CONNECT_S))
 
 
-async def serve_metrics(door: Door, host: str, port: int) -> str:
+async def serve_metrics(door: Door, session: aiohttp.ClientSession, host: str, port: int) -> str:
     """/metrics alone, open to whoever reaches the address; its URL."""
-    session = _session(door)
-
     async def answer(request: web.BaseRequest) -> web.StreamResponse:
         return await _metrics(door, session) if request.path == "/metrics" else _error("not_found", "there is /metrics")
 
@@ -102,8 +113,8 @@ class _WhileThere:
 
 
 class HttpDoor:
-    def __init__(self, door: Door) -> None:
-        self._door, self._session, self._key = door, _session(door), ""
+    def __init__(self, door: Door, session: aiohttp.ClientSession) -> None:
+        self._door, self._session, self._key = door, session, ""
         door.look_openly = self._look_openly
 
     async def open(self, host: str, port: int) -> None:
@@ -133,6 +144,8 @@ class HttpDoor:
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
         token = self._door.token
+        if not request.rel_url.raw_path.startswith("/"):  # behind a node's address it would be another address
+            return _error("invalid_argument", "the target of a request is a path")
         try:
             shown = token_of(request.headers, request.query, request.cookies)
             check(request.method, request.headers, self._name, bool(token), request.path.startswith(_GUARDED))
@@ -153,6 +166,8 @@ class HttpDoor:
             return await self._from_node(request, self._camera_of(request.path))
         except CamrigError as problem:
             return _error(problem.kind, problem.message)
+        except (aiohttp.ClientError, ValueError) as problem:  # InvalidURL is both
+            return _error("invalid_argument", f"this cannot be asked of a node: {str(problem)[:200]}")
 
     async def _rpc(self, request: web.BaseRequest, may_command: bool) -> web.StreamResponse:
         if request.method != "POST":
@@ -172,17 +187,20 @@ class HttpDoor:
         return web.Response(body=text, content_type="application/json", headers=_OWN) if text else web.Response(status=204)
 
     async def _look_openly(self, node: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
-        asked = {"jsonrpc": "2.0", **request, "id": 0}
+        asked = json.dumps({"jsonrpc": "2.0", **request, "id": 0}, ensure_ascii=False).encode()
+        if len(asked) > _MAX_BODY:
+            return _rpc_error("invalid_argument", "the request is too long")
         try:
-            async with self._session.post(url_of(node, "/rpc"), json=asked) as reply:
+            async with self._session.post(url_of(node, "/rpc"), data=asked, headers={"Content-Type": "application/json"}) as reply:
                 text = bytearray()
                 async for some in reply.content.iter_any():
                     text += some
                     if len(text) > _MAX_ANSWER:
-                        return {"error": {"code": -32000, "message": "the answer is too long", "data": {"kind": "resource_exhausted"}}}
-                return json.loads(text)
-        except (aiohttp.ClientError, asyncio.TimeoutError, ValueError) as problem:
+                        return _rpc_error("resource_exhausted", "the answer is too long")
+        except (aiohttp.ClientError, asyncio.TimeoutError) as problem:
             raise CamrigError("unavailable", f"{request['method']}: the node has gone ({problem}); ask again") from None
+        answer = json.loads(text)
+        return answer if reply.status == 200 else _rpc_error(answer["error"]["kind"], answer["error"]["message"])
 
     @staticmethod
     def _camera_of(path: str) -> str | None:
@@ -193,55 +211,67 @@ class HttpDoor:
     async def _live(self, request: web.BaseRequest) -> web.StreamResponse:
         """Each camera from its owner, all on one connection. Ends when one of them ends; who reads asks again."""
         names = request.query.get("cameras", "").split(",")
-        by_node: dict[str, list[str]] = {}
-        for name in names[:_MAX_LIVE]:
-            by_node.setdefault(self._door.node_for({"camera": name})["node"], []).append(name)
-        if len(by_node) < 2 or len(names) > _MAX_LIVE or request.method != "GET":
+        if len({self._door.node_for({"camera": name})["node"] for name in names}) < 2 or len(names) > _MAX_LIVE or request.method != "GET":
             return await self._from_node(request, names[0])
-        replies: list[tuple[str, aiohttp.ClientResponse]] = []
+        for _ in range(_MOST_TRIES):
+            if (replies := await self._open_each(request, names)) is not None:
+                break
+        else:
+            raise CamrigError("unavailable", "no node answers now; ask again")
         try:
-            for node, own in by_node.items():
-                target = f"/live?{request.rel_url.update_query(cameras=','.join(own)).raw_query_string}"
-                try:
-                    reply = await self._door.while_there(node, self._ask(self._door.nodes()[node], request, target))
-                except (aiohttp.ClientError, asyncio.TimeoutError, KeyError):
-                    self._door.forget(node)
-                    raise CamrigError("unavailable", f"node {node} has gone; ask again") from None
-                replies.append((node, reply))
+            for node, reply in replies.items():
                 if reply.status != 200:
                     return await self._pass(request, reply, node)
-            made = self._begin(replies[0][1])
+            made = self._begin(next(iter(replies.values())))
             await made.prepare(request)
 
             async def write(part: bytes) -> None:
                 await asyncio.wait_for(made.write(part), _STALLED_S)
 
             with contextlib.suppress(aiohttp.ClientError, asyncio.TimeoutError, CamrigError, ConnectionError, ValueError):
-                await join([parts_of(_WhileThere(self._door, node, reply.content)) for node, reply in replies], write)
+                await join([parts_of(_WhileThere(self._door, node, reply.content)) for node, reply in replies.items()], write)
             made.force_close()
             return made
         finally:
-            for _, reply in replies:
+            for reply in replies.values():
                 reply.close()
+
+    async def _open_each(self, request: web.BaseRequest, names: Sequence[str]) -> dict[str, aiohttp.ClientResponse] | None:
+        """/live of each owner, for its own cameras; None: one has gone, and others own its cameras now."""
+        by_node: dict[str, list[str]] = {}
+        for name in names:
+            by_node.setdefault(self._door.node_for({"camera": name})["node"], []).append(name)
+        replies: dict[str, aiohttp.ClientResponse] = {}
+        try:
+            for node, own in by_node.items():
+                target = f"/live?{request.rel_url.update_query(cameras=','.join(own)).raw_query_string}"
+                replies[node] = await self._door.while_there(node, self._ask(self._door.nodes()[node], request, target))
+        except (*_GONE, KeyError):
+            self._door.forget(node)
+            for reply in replies.values():
+                reply.close()
+            return None
+        return replies
 
     async def _from_node(self, request: web.BaseRequest, camera: str | None) -> web.StreamResponse:
         query = request.rel_url.raw_query_string
         target = request.rel_url.raw_path + (f"?{query}" if query else "")
         is_stream = request.path.endswith("/stream.mjpg")
         by_query = not self._door.token or "token" in request.query
-        while True:
+        for _ in range(_MOST_TRIES):
             node = self._door.node_for({"camera": camera} if camera is not None else {})
             if is_stream and by_query and request.headers.get("Sec-Fetch-Site", "none") == "none":
                 return web.Response(status=307, headers={"Location": url_of(node, target), **_OWN})
             try:
                 reply = await self._door.while_there(node["node"], self._ask(node, request, target))
-            except (aiohttp.ClientError, asyncio.TimeoutError, CamrigError):
+            except _GONE:
                 self._door.forget(node["node"])  # looking changes nothing: another can answer
                 continue
             try:
                 return await self._pass(request, reply, node["node"])
             finally:
                 reply.close()
+        raise CamrigError("unavailable", "no node answers now; ask again")
 
     async def _ask(self, node: dict[str, Any], request: web.BaseRequest, target: str) -> aiohttp.ClientResponse:
         await self._door.reach(node)

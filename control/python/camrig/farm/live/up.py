@@ -22,7 +22,7 @@ from .clock import WallClock
 from .daemon import NodeOptions
 from .door import Door
 from .http_access import is_loopback
-from .http_door import HttpDoor, serve_metrics
+from .http_door import HttpDoor, serve_metrics, session_of
 from .log import Subjects, connect
 from .node import run_node
 
@@ -135,17 +135,18 @@ class Farm:
 
 @contextlib.asynccontextmanager
 async def _http_of(door: Door, options: argparse.Namespace) -> AsyncIterator[HttpDoor | None]:
-    if options.metrics:
-        options.metrics_url = await serve_metrics(door, *options.metrics)
-    if not options.http:
-        yield None
-        return
-    http = HttpDoor(door)
-    await http.open(*options.http)
-    try:
-        yield http
-    finally:
-        http.close()
+    async with session_of(door) as session:
+        if options.metrics:
+            options.metrics_url = await serve_metrics(door, session, *options.metrics)
+        if not options.http:
+            yield None
+            return
+        http = HttpDoor(door, session)
+        await http.open(*options.http)
+        try:
+            yield http
+        finally:
+            http.close()
 
 
 def _tell_ready(facts: dict[str, Any], http: HttpDoor | None, options: argparse.Namespace) -> None:
