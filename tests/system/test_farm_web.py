@@ -58,7 +58,7 @@ def curl(*words):
 
 
 def test_the_page_of_a_farm_shows_all_cameras_and_commands_all_nodes():
-    with farm(scene="minimal") as (rig, facts), chromium() as browser:
+    with farm("--no-replace", scene="minimal") as (rig, facts), chromium() as browser:
         cameras = one_camera_of_each(rig)
         assert rig.page_url.startswith(facts["http"] + "#key=")  # what Python says is the farm's page, not a node's
         with opened(browser, rig.page_url) as page:
@@ -85,6 +85,12 @@ def test_the_page_of_a_farm_shows_all_cameras_and_commands_all_nodes():
             page.keyboard.press("ArrowRight")
             page.wait_for_selector("text=commands need this farm's key")
             assert [one.camera("made").get()["pose"]["pan_deg"] for one in rigs_of(rig).values()] == [pytest.approx(pan + 12)] * 2
+            # A node dies: the page that is open shows its camera again, by the other.
+            dying = next(node for node in nodes_of(rig) if not node["is_sequencer"])
+            os.kill(dying["pid"], signal.SIGKILL)
+            wait_until(lambda: len(nodes_of(rig)) == 1, what="the node to be gone")
+            frames = f"Number(document.querySelector('.tile[data-camera={cameras[dying['node']]}] canvas').dataset.frames)"
+            until(page, f"{frames} > {page.evaluate(frames) + 5}")
 
 
 def test_stock_clients_reach_each_camera_at_the_farms_address_whoever_owns_it():
@@ -152,7 +158,11 @@ def test_without_the_key_one_looks_and_a_page_of_another_origin_does_neither():
         assert ask(url + "rpc", post="x" * (1 << 20))[0] == 413 and ask(url + "rpc")[0] == 405
         for params in ("x", [1]):
             assert call(url, "camera.list", params) == call(url, "camera.set", params, **key) == "invalid_argument"
-        assert call(url, "camera.get", {"name": "x" * (1 << 19)}) == "invalid_argument" and len(nodes_of(rig)) == 2  # no node is taken for dead
+        longest = b'{"id":1,"method":"camera.get","params":{"name":"%s"}}' % (b"x" * ((1 << 20) - 51))
+        with urllib.request.urlopen(urllib.request.Request(url + "rpc", longest, {"Content-Type": "application/json"}), timeout=30) as reply:
+            assert len(longest) == 1 << 20 and json.load(reply)["error"]["message"] == "the request is too long"
+        assert len(nodes_of(rig)) == 2  # none is taken for dead
+        assert b"is a path" in curl("-X", "OPTIONS", "--request-target", "*", url)
         for target in ("*", "@127.0.0.1:1/x", "x:1/x", "//127.0.0.1:1/x", "/cameras/../x"):
             assert curl("--path-as-is", "--request-target", target, "-o", os.devnull, "-w", "%{http_code}", url) in (b"400", b"404"), target
         assert b"HTTP/1.1 415" in curl("-D", "-", "-d", "{}", url + "rpc")

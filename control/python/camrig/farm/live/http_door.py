@@ -187,7 +187,7 @@ class HttpDoor:
         return web.Response(body=text, content_type="application/json", headers=_OWN) if text else web.Response(status=204)
 
     async def _look_openly(self, node: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
-        asked = json.dumps({"jsonrpc": "2.0", **request, "id": 0}, ensure_ascii=False).encode()
+        asked = json.dumps({"jsonrpc": "2.0", **request, "id": 0}, ensure_ascii=False, separators=(",", ":")).encode()
         if len(asked) > _MAX_BODY:
             return _rpc_error("invalid_argument", "the request is too long")
         try:
