@@ -70,6 +70,7 @@ class Door:
         self.look_openly: Callable[[dict[str, Any], dict[str, Any]], Awaitable[dict[str, Any]]] | None = None
         self.http: dict[str, Any] = {}  #: members of server.info: where the farm's own HTTP is
         self.how_to_command = ""
+        self.scraping = asyncio.Lock()
         self.ended = asyncio.Event()  # by server.shutdown
 
     async def open(self) -> None:

@@ -68,6 +68,8 @@ async def _listen(handler: Callable[[web.BaseRequest], Awaitable[web.StreamRespo
     try:
         family, *_, at = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
         listening = socket.create_server(at[:2], family=family)
+        # Whoever takes nothing is closed, whatever waits for it; accepted connections inherit this (tcp(7)).
+        listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, int(_STALLED_S * 1000))
     except OSError as problem:
         raise CamrigError("unavailable", f"cannot listen at {host}:{port}: {problem.strerror}") from None
     # keepalive_timeout: for a request to come, the first one too. The bound of a body is aiohttp's own.
@@ -248,10 +250,11 @@ class HttpDoor:
                 replies[node] = await self._door.while_there(node, self._ask(self._door.nodes()[node], request, target))
         except (*_GONE, KeyError):
             self._door.forget(node)
-            for reply in replies.values():
-                reply.close()
-            return None
-        return replies
+        finally:
+            if len(replies) < len(by_node):  # also when who asked has gone meanwhile
+                for reply in replies.values():
+                    reply.close()
+        return replies if len(replies) == len(by_node) else None
 
     async def _from_node(self, request: web.BaseRequest, camera: str | None) -> web.StreamResponse:
         query = request.rel_url.raw_query_string

@@ -57,6 +57,12 @@ def of_farm(nodes: dict[str, dict[str, Any]], answered: Iterable[str], owners: d
 
 
 async def page(door: Door, session: aiohttp.ClientSession) -> str:
+    """One at a time."""
+    async with door.scraping:
+        return await _page(door, session)
+
+
+async def _page(door: Door, session: aiohttp.ClientSession) -> str:
     nodes = door.nodes()
     status = await door.call("farm.status") if nodes else {"cameras": []}
     at_once = asyncio.Semaphore(_AT_ONCE)
