@@ -277,6 +277,8 @@ def test_stock_clients_read_cameras_where_the_farm_says(tmp_path):
     (["node", "--name", "a", "--nats", "nats://x", "--scene", "hall", "--host", "10.0.0.1"], "--host: give --token-file too"),
     (["door", "--nats", "nats://x"], "--control: give the path of the socket"),
     (["up", "--scene", "hall", "--metrics", "9090"], "'9090' is not HOST:PORT"),
+    (["up", "--scene", "hall", "--http", "0.0.0.0:80"], "--http: of loopback only"),
+    (["door", "--nats", "nats://x", "--control", "/tmp/x.sock", "--http", "0.0.0.0:80"], "--http: beyond loopback give --token-file too"),
 ])
 def test_wrong_usage_is_one_line(words, says):
     ran = subprocess.run([sys.executable, "-m", "camrig.farm", *words], capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "control/python")})

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import socket
 import stat
 import struct
+import tempfile
 
 from .errors import CamrigError
 
@@ -19,19 +21,44 @@ def runtime_folder() -> str:
     return f"/tmp/camrig-{os.getuid()}"
 
 
+def _is_private(path: str) -> bool:
+    folder = os.lstat(path)
+    return stat.S_ISDIR(folder.st_mode) and folder.st_uid == os.geteuid() and not folder.st_mode & 0o077
+
+
+def _key_path(address: str, port: int) -> str:
+    return os.path.join(runtime_folder(), f"[{address}]:{port}.key" if ":" in address else f"{address}:{port}.key")
+
+
+def write_command_key(key: str, address: str, port: int) -> str:
+    """Where command_key() finds it; the path. Who ends removes it."""
+    folder, path = runtime_folder(), _key_path(address, port)
+    try:
+        with contextlib.suppress(FileExistsError):
+            os.mkdir(folder, 0o700)
+        if not _is_private(folder):
+            raise CamrigError("unavailable", f"{folder}: must be a folder of this user's alone, mode 0700 (chmod 700)")
+        # A new file takes the old one's place in one step: a client sees one key or the other, never half of one.
+        file, temporary = tempfile.mkstemp(prefix=os.path.basename(path), dir=folder)  # mode 0600
+        with os.fdopen(file, "w") as to:
+            to.write(key + "\n")
+        os.rename(temporary, path)
+    except OSError as problem:
+        raise CamrigError("unavailable", f"{path}: cannot be written: {problem.strerror}") from problem
+    return path
+
+
 def command_key(sock: socket.socket) -> str | None:
     """The key for commands that a rig of this user wrote for the TCP address at the other end; None: there is none.
 
     The whole address names the file: another user may listen on the same port of another loopback address.
     """
     address, port = sock.getpeername()[:2]
-    host = f"[{address}]" if ":" in address else address
     try:
-        folder = os.lstat(runtime_folder())
         # Believed only where nobody else could have written it.
-        if not stat.S_ISDIR(folder.st_mode) or folder.st_uid != os.geteuid() or folder.st_mode & 0o077:
+        if not _is_private(runtime_folder()):
             return None
-        file = os.open(os.path.join(runtime_folder(), f"{host}:{port}.key"), os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
+        file = os.open(_key_path(address, port), os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError:
         return None
     try:

@@ -16,6 +16,8 @@ from camrig.farm.live.costs import Costs
 from camrig.farm.live.feed import Feed, raise_if_different
 from camrig.farm.live.log import CommandLog, Lease, Overtaken, Subjects, connect
 from camrig.farm.live.metrics import merged
+from camrig.farm.live.http_access import check, is_loopback, token_of
+from camrig.farm.live.multipart import join, parts_of
 from camrig.farm.live.placement import FULL, ROOM, moves, order_of, owner_of
 from camrig.farm.live.roster import Roster
 from camrig.farm.live.up import find_nats_server
@@ -230,5 +232,72 @@ def test_a_rig_is_told_every_command_before_its_world_may_come_to_its_time():
         assert rig.limit == 4_100_000_000_000 and feed.applied == len(times) + 1
         digests = [one["params"]["at_ns"] for one in rig.lines if one["method"] == "world.digest"]
         assert digests == [10**9 * second for second in range(1, 4101)]
+
+    asyncio.run(run())
+
+
+@pytest.mark.parametrize("method, headers, is_guarded, refused", [
+    ("POST", {}, False, ""),
+    ("POST", {"Origin": "http://127.0.0.1:80", "Sec-Fetch-Site": "same-origin"}, False, ""),
+    ("POST", {"Origin": "http://127.0.0.1:81"}, False, "Origin"),
+    ("POST", {"Origin": "null"}, False, "Origin"),
+    ("POST", {"Origin": "http://[x"}, False, "Origin"),
+    ("POST", {"Sec-Fetch-Site": "same-site"}, False, "Sec-Fetch-Site"),
+    ("GET", {"Referer": "http://evil.example/127.0.0.1:80", "Sec-Fetch-Site": "cross-site"}, False, ""),
+    ("GET", {"Referer": "http://127.0.0.1:80/x"}, True, ""),
+    ("GET", {"Referer": "http://evil.example/127.0.0.1:80"}, True, "Referer"),
+    ("GET", {"Origin": "http://evil.example", "Referer": "http://127.0.0.1:80/"}, True, "Origin"),
+    ("GET", {"Host": "evil.example"}, False, "Host"),
+    ("GET", {"Host": "127.evil.example"}, False, "Host"),
+    ("GET", {"Host": "Localhost:80"}, False, ""),
+    ("GET", {"Host": "[::1]:80"}, False, ""),
+    ("GET", {"Host": ""}, False, "Host"),
+    ("GET", {"Host": None}, True, ""),
+    ("POST", {"Host": None, "Origin": "http://127.0.0.1:80"}, False, "Origin"),
+])
+def test_pages_of_other_origins_are_kept_out(method, headers, is_guarded, refused):
+    asked = {name: value for name, value in {"Host": "127.0.0.1:80", **headers}.items() if value is not None}
+    if refused:
+        with pytest.raises(CamrigError, match=refused):
+            check(method, asked, "127.0.0.1", False, is_guarded)
+    else:
+        check(method, asked, "127.0.0.1", False, is_guarded)
+
+
+def test_a_token_comes_in_a_header_field_the_url_or_a_cookie():
+    assert token_of({"Authorization": "bearer  a"}, {"token": "b"}, {"camrig_token": "c"}) == "a"
+    assert token_of({"Authorization": "Digest a"}, {"token": "b"}, {"camrig_token": "c"}) == "b"
+    assert token_of({}, {}, {"camrig_token": "c"}) == "c" and token_of({}, {}, {}) == ""
+    assert is_loopback("127.3.4.5") and is_loopback("::1") and not is_loopback("0.0.0.0") and not is_loopback("localhost.example")
+
+
+def test_parts_of_several_bodies_come_whole_and_end_with_the_first_that_ends():
+    def part(name, data):
+        return f"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: {len(data)}\r\nX-Camera: {name}\r\n\r\n".encode() + data + b"\r\n"
+
+    async def run():
+        one, other = asyncio.StreamReader(), asyncio.StreamReader()
+        got, held = [], asyncio.Event()
+
+        async def write(some):
+            got.append(some)
+            await held.wait()
+
+        joining = asyncio.ensure_future(join([parts_of(one), parts_of(other)], write))
+        for byte in part("a", b"\r\n\r\n--frame"):  # a picture may hold what looks like a head
+            one.feed_data(bytes([byte]))
+        other.feed_data(part("b", b"") + part("b", b"xyz") + b"--frame\r\nContent-Length: 9\r\n\r\ncut")
+        await asyncio.sleep(0.05)
+        assert len(got) == 1  # nobody reads ahead of who takes
+        held.set()
+        await asyncio.sleep(0.05)
+        assert sorted(got) == sorted([part("a", b"\r\n\r\n--frame"), part("b", b""), part("b", b"xyz")]) and not joining.done()
+        other.feed_eof()
+        await asyncio.wait_for(joining, 5)
+        assert len(got) == 3
+        for rest in (b"--frame--\r\n\r\n", b"--frame\r\nContent-Length: 99999999\r\n\r\n"):
+            ended = asyncio.StreamReader()
+            ended.feed_data(part("a", b"1") + rest)
+            assert [each async for each in parts_of(ended)] == [part("a", b"1")]
 
     asyncio.run(run())

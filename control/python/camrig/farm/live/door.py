@@ -12,6 +12,7 @@ import json
 import os
 import time
 import uuid
+from dataclasses import dataclass, field
 from typing import Any, Awaitable, Callable, Coroutine
 
 import nats.errors
@@ -20,7 +21,7 @@ from ...errors import CamrigError, error_of_reply
 from .log import LEASE_S, Subjects
 from .placement import is_placeable, owner_of
 from .roster import Roster
-from .wire import CONNECT_S, Wire, connect_to
+from .wire import CONNECT_S, Wire, connect_to, url_of
 
 #: So long a command is tried again, when the sequencer has died; and a step, which waits for readers.
 COMMAND_TIMEOUT_S, STEP_TIMEOUT_S = 15.0, 120.0
@@ -41,6 +42,19 @@ def _count_of(params: dict[str, Any]) -> int:
     return count
 
 
+@dataclass
+class Client:
+    """Who asks, and its connections to nodes, by their lives."""
+
+    may_command: bool = True
+    takes_bytes: bool = True  #: behind the line of an answer
+    wires: dict[str, tuple[asyncio.StreamReader, asyncio.StreamWriter]] = field(default_factory=dict)
+
+    def close(self) -> None:
+        for _, to_node in self.wires.values():
+            to_node.close()
+
+
 class Door:
     def __init__(self, bus: Any, subjects: Subjects, path: str, token: str | None = None) -> None:
         """``token``: of nodes on other machines, all of which have the same."""
@@ -52,6 +66,11 @@ class Door:
         self._is_lockstep = False
         self._writes: set[str] = set()
         self.scale: Callable[[int], Awaitable[Any]] | None = None  #: farm.scale, where nodes can be started
+        #: Puts a request to a node as one who may only look does: the node's rig knows which methods that may.
+        self.look_openly: Callable[[dict[str, Any], dict[str, Any]], Awaitable[dict[str, Any]]] | None = None
+        self.http: dict[str, Any] = {}  #: members of server.info: where the farm's own HTTP is
+        self.how_to_command = ""
+        self.scraping = asyncio.Lock()
         self.ended = asyncio.Event()  # by server.shutdown
 
     async def open(self) -> None:
@@ -84,7 +103,7 @@ class Door:
         self._nodes.forget(node)
 
     async def call(self, method: str, **params: Any) -> Any:
-        reply = await self._answer({"method": method, "params": params}, {})
+        reply = await self._answer({"method": method, "params": params}, Client())
         if "error" in reply:
             raise error_of_reply(method, reply["error"])
         return reply["result"]
@@ -115,20 +134,20 @@ class Door:
         writer.close()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        wires: dict[str, tuple[asyncio.StreamReader, asyncio.StreamWriter]] = {}
+        client = Client()
         try:
             while line := await reader.readline():
                 if line.strip():
-                    writer.write(await self._line(line, wires))
+                    writer.write(await self.answer(line, client))
                     await writer.drain()
         except (OSError, ValueError, asyncio.IncompleteReadError):
             pass
         finally:
             writer.close()
-            for _, to_node in wires.values():
-                to_node.close()
+            client.close()
 
-    async def _line(self, line: bytes, wires: dict) -> bytes:
+    async def answer(self, line: bytes, client: Client) -> bytes:
+        """To a request or a batch; empty: nobody waits for one."""
         try:
             message = json.loads(line)
         except ValueError as problem:
@@ -139,7 +158,7 @@ class Door:
             return self._text({"jsonrpc": "2.0", "id": None, "error": error})
         replies = []
         for request in requests:
-            reply = await self._answer(request, wires)
+            reply = await self._answer(request, client)
             if isinstance(reply, bytes):  # bytes behind a line: never in a batch
                 return reply
             if "id" in request:
@@ -150,11 +169,15 @@ class Door:
     def _text(value: Any) -> bytes:
         return json.dumps(value, separators=(",", ":")).encode() + b"\n"
 
-    async def _answer(self, request: dict[str, Any], wires: dict) -> Any:
+    async def _answer(self, request: dict[str, Any], client: Client) -> Any:
         method, params = request["method"], request.get("params") or {}
         try:
+            if not isinstance(params, dict):
+                raise CamrigError("invalid_argument", f"{method}: params: must be an object")
             if method == "farm.status":
                 return {"result": await self._status()}
+            if not client.may_command and method in ("farm.scale", "server.shutdown"):
+                raise self._refused(method)
             if method == "farm.scale" and self.scale:
                 return {"result": await self.scale(_count_of(params))}
             if method == "server.shutdown":
@@ -162,11 +185,20 @@ class Door:
                 return {"result": {"stopping": True}}
             if not self._writes:
                 await self._learn()
+            if method in self._writes and not client.may_command:
+                raise self._refused(method)
             if method in self._writes:
                 return await self._command(method, params)
-            return await self._look(request, params, wires)
+            return await self._look(request, params, client)
         except CamrigError as problem:
-            return {"error": {"code": -32000, "message": problem.message, "data": {"kind": problem.kind}}}
+            return self._error(problem)
+
+    @staticmethod
+    def _error(problem: CamrigError) -> dict[str, Any]:
+        return {"error": {"code": -32000, "message": problem.message, "data": {"kind": problem.kind}}}
+
+    def _refused(self, method: str) -> CamrigError:
+        return CamrigError("unauthorized", f"{method}: {self.how_to_command}")
 
     async def _learn(self) -> None:
         """What changes the world takes a time: so the rig's own description says."""
@@ -176,9 +208,9 @@ class Door:
 
     async def _once(self, method: str) -> Any:
         while True:
-            node = self._node_for({})
+            node = self.node_for({})
             try:
-                return await self._while_there(node["node"], self._ask_after_commands(node, method))
+                return await self.while_there(node["node"], self._ask_after_commands(node, method))
             except CamrigError:
                 self.forget(node["node"])  # it has died, and comes back by its next report if it has not
 
@@ -190,10 +222,10 @@ class Door:
             wire.close()
 
     async def _ask_after_commands(self, node: dict[str, Any], method: str) -> Any:
-        await self._reach(node)
+        await self.reach(node)
         return await self._ask(node, method)
 
-    async def _reach(self, node: dict[str, Any]) -> None:
+    async def reach(self, node: dict[str, Any]) -> None:
         """Who looks after a command sees what it did, whichever node he is shown: it is done there at the same world time, which may be
         some milliseconds away. (In lockstep all nodes are together after each step.)"""
         if not self._is_lockstep and time.monotonic() - self._commanded < LEASE_S:
@@ -220,43 +252,63 @@ class Door:
     def _sequencer(self) -> tuple[int, str] | None:
         return max(((report["term"], name) for name, report in self.nodes().items() if report["is_sequencer"]), default=None)
 
-    def _node_for(self, params: dict[str, Any]) -> dict[str, Any]:
+    def node_for(self, params: dict[str, Any]) -> dict[str, Any]:
         owners = self.owners()
         if not owners:
             raise CamrigError("unavailable", "no node of this farm is there now")
         camera = params.get("camera", params.get("name"))
         return self._nodes[owner_of(camera, owners, self._moved) if isinstance(camera, str) else owners[0]]
 
-    async def _look(self, request: dict[str, Any], params: dict[str, Any], wires: dict) -> Any:
+    async def _look(self, request: dict[str, Any], params: dict[str, Any], client: Client) -> Any:
         while True:
-            node = self._node_for(params)
+            node = self.node_for(params)
             try:
-                return await self._while_there(node["node"], self._look_at(node, request, wires))
+                reply = await self.while_there(node["node"], self._look_at(node, request, client))
+                if request["method"] == "server.info" and self.http and isinstance(reply, dict) and "result" in reply:
+                    reply["result"] = self._info(reply["result"])
+                return reply
             except CamrigError:
-                wires.pop(node["life"], None)
+                client.wires.pop(node["life"], None)
                 self.forget(node["node"])  # looking changes nothing: another can answer
 
-    async def _while_there(self, node: str, answer: Coroutine[Any, Any, Any]) -> Any:
+    def _info(self, of_node: dict[str, Any]) -> dict[str, Any]:
+        """Where HTTP is: here. RTSP is the nodes' own, so it is told where their address is the same."""
+        own = {key: value for key, value in of_node.items() if key != "key_file"} | self.http
+        return own if of_node.get("host") == self.http["host"] else own | {"rtsp": 0}
+
+    async def while_there(self, node: str, answer: Coroutine[Any, Any, Any]) -> Any:
         """A node that hangs closes nothing."""
         asking = asyncio.ensure_future(answer)
-        while not (await asyncio.wait([asking], timeout=LEASE_S / 4))[0]:
-            if node not in self._nodes.live():
-                asking.cancel()
-                raise CamrigError("unavailable", f"node {node} does not answer")
-        return asking.result()
-
-    async def _look_at(self, node: dict[str, Any], request: dict[str, Any], wires: dict) -> Any:
         try:
-            if node["life"] not in wires:
-                wires[node["life"]] = await connect_to(node, self.token)
-            await self._reach(node)
-            reader, writer = wires[node["life"]]
+            while not (await asyncio.wait([asking], timeout=LEASE_S / 4))[0]:
+                if node not in self._nodes.live():
+                    raise CamrigError("unavailable", f"node {node} does not answer")
+            return asking.result()
+        finally:
+            asking.cancel()  # also when who asked has gone
+
+    async def _look_at(self, node: dict[str, Any], request: dict[str, Any], client: Client) -> Any:
+        if not client.may_command:
+            assert self.look_openly
+            await self.reach(node)
+            reply = await self.look_openly(node, request)
+            if reply.get("error", {}).get("data", {}).get("kind") == "unauthorized":
+                return self._error(self._refused(request["method"]))
+            return {key: reply[key] for key in ("result", "error") if key in reply}
+        try:
+            if node["life"] not in client.wires:
+                client.wires[node["life"]] = await connect_to(node, self.token)
+            await self.reach(node)
+            reader, writer = client.wires[node["life"]]
             writer.write(self._text({"jsonrpc": "2.0", "id": 0, **request}))
             line = await reader.readline()
             reply = json.loads(line)
             result = reply.get("result")
             if isinstance(result, dict) and result.get("encoding") == "bytes":
-                return line + await reader.readexactly(int(result["bytes"]))
+                rest = await reader.readexactly(int(result["bytes"]))
+                if not client.takes_bytes:
+                    return self._error(CamrigError("invalid_argument", "encoding: bytes come on the control socket and TCP; not by HTTP"))
+                return line + rest
         except (OSError, ValueError, asyncio.IncompleteReadError, asyncio.TimeoutError) as problem:
             raise CamrigError("unavailable", f"{request['method']}: the node has gone ({problem or 'closed'}); ask again") from None
         return {key: reply[key] for key in ("result", "error") if key in reply}
@@ -268,6 +320,6 @@ class Door:
         for camera in listed:
             owner = owner_of(camera["name"], self.owners(), self._moved)
             at = self._nodes[owner]
-            http, rtsp = f"http://{at['host']}:{at['http']}/cameras/{camera['name']}/stream.mjpg", f"rtsp://{at['host']}:{at['rtsp']}/{camera['name']}"
+            http, rtsp = url_of(at, f"/cameras/{camera['name']}/stream.mjpg"), url_of(at, f"/{camera['name']}", "rtsp")
             cameras.append({"camera": camera["name"], "node": owner, "http": http, "rtsp": rtsp})
         return {"nodes": list(nodes.values()), "cameras": cameras}

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import concurrent.futures
-import http.server
 import re
-import threading
-import urllib.request
 from typing import Any, Iterable
 
-from .door import Door
+import aiohttp
 
-_NODE_S, _PAGE_S, _CLIENT_S = 2.0, 10.0, 5.0
+from .door import Door
+from .wire import url_of
+
+_NODE_S = 2.0
 _MAX_BYTES = 16 << 20
 _AT_ONCE = 16
 _SAMPLE = re.compile(r"(?P<name>[a-zA-Z_:][a-zA-Z0-9_:]*)(?:\{(?P<labels>.*)\})? (?P<value>\S+.*)")
-_direct = urllib.request.build_opener(urllib.request.ProxyHandler({}))
 
 
 def merged(pages: dict[str, str]) -> str:
@@ -58,54 +56,29 @@ def of_farm(nodes: dict[str, dict[str, Any]], answered: Iterable[str], owners: d
     return "\n".join(lines) + "\n"
 
 
-class MetricsPage:
-    """One scrape at a time, on a thread of its own; the farm's facts are asked on the loop that made it."""
+async def page(door: Door, session: aiohttp.ClientSession) -> str:
+    """One at a time."""
+    async with door.scraping:
+        return await _page(door, session)
 
-    def __init__(self, door: Door, address: tuple[str, int]) -> None:
-        self._door, self._loop = door, asyncio.get_running_loop()
-        self._pool = concurrent.futures.ThreadPoolExecutor(_AT_ONCE)
-        page = self
 
-        class Handler(http.server.BaseHTTPRequestHandler):
-            timeout = _CLIENT_S
+async def _page(door: Door, session: aiohttp.ClientSession) -> str:
+    nodes = door.nodes()
+    status = await door.call("farm.status") if nodes else {"cameras": []}
+    at_once = asyncio.Semaphore(_AT_ONCE)
 
-            def do_GET(self) -> None:
-                if self.path != "/metrics":
-                    self.send_error(404, "there is /metrics")
-                    return
-                text = page.text().encode()
-                self.send_response(200)
-                self.send_header("Content-Type", "text/plain; version=0.0.4; charset=utf-8")
-                self.send_header("Content-Length", str(len(text)))
-                self.end_headers()
-                self.wfile.write(text)
-
-            def log_message(self, *_: Any) -> None: ...
-
-        self._server = http.server.HTTPServer(address, Handler)
-
-    def start(self) -> str:
-        """Its URL."""
-        threading.Thread(target=self._server.serve_forever, daemon=True).start()
-        host, port = self._server.server_address[:2]
-        return f"http://{host}:{port}/metrics"
-
-    def text(self) -> str:
-        nodes, owners = asyncio.run_coroutine_threadsafe(self._ask(), self._loop).result(_PAGE_S)
-        pages = {node: page for node, page in zip(nodes, self._pool.map(self._page_of, nodes.values())) if page is not None}
-        return of_farm(nodes, pages, owners) + merged(pages)
-
-    async def _ask(self) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
-        nodes = self._door.nodes()
-        if not nodes:
-            return {}, {}
-        status = await self._door.call("farm.status")
-        return nodes, {camera["camera"]: camera["node"] for camera in status["cameras"]}
-
-    def _page_of(self, report: dict[str, Any]) -> str | None:
-        fields = {"Authorization": f"Bearer {self._door.token}"} if self._door.token else {}
+    async def of_node(report: dict[str, Any]) -> str | None:
         try:
-            with _direct.open(urllib.request.Request(f"http://{report['host']}:{report['http']}/metrics", headers=fields), timeout=_NODE_S) as reply:
-                return reply.read(_MAX_BYTES).decode()
-        except OSError:
+            async with at_once, session.get(url_of(report, "/metrics"), timeout=aiohttp.ClientTimeout(_NODE_S)) as reply:
+                text = bytearray()
+                async for some in reply.content.iter_any():
+                    text += some
+                    if len(text) > _MAX_BYTES:
+                        return None
+                return text.decode()
+        except (aiohttp.ClientError, asyncio.TimeoutError, ValueError):
             return None
+
+    answered = zip(nodes, await asyncio.gather(*map(of_node, nodes.values())))
+    pages = {node: text for node, text in answered if text is not None}
+    return of_farm(nodes, pages, {camera["camera"]: camera["node"] for camera in status["cameras"]}) + merged(pages)

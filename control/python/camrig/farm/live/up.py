@@ -14,15 +14,16 @@ import socket
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any, AsyncIterator, Sequence
 
 from ...command_line import Parser, read_token
 from ...errors import CamrigError
 from .clock import WallClock
 from .daemon import NodeOptions
 from .door import Door
+from .http_access import is_loopback
+from .http_door import HttpDoor, serve_metrics, session_of
 from .log import Subjects, connect
-from .metrics import MetricsPage
 from .node import run_node
 
 
@@ -63,11 +64,11 @@ class Farm:
                 await self._start_node()
             await self._wait_for(self._options.nodes)
             self.door.scale = self._scale
-            _serve_metrics(self.door, self._options)
             for camera in json.loads(Path(self._options.cameras).read_text()) if self._options.cameras else []:
                 await self.door.call("camera.create", **camera)
-            _tell_ready({"control": self.door.path, "nats": url, "nodes": sorted(self._children)}, self._options)
-            await self.door.ended.wait()
+            async with _http_of(self.door, self._options) as http:
+                _tell_ready({"control": self.door.path, "nats": url, "nodes": sorted(self._children)}, http, self._options)
+                await self.door.ended.wait()
             return 0
         finally:
             for children in (list(self._children.values()), [self._bus_server] if self._bus_server else []):  # nodes leave by the bus
@@ -132,27 +133,42 @@ class Farm:
             await self._start_node()
 
 
-def _serve_metrics(door: Door, options: argparse.Namespace) -> None:
-    if options.metrics:
-        options.metrics_url = MetricsPage(door, options.metrics).start()
+@contextlib.asynccontextmanager
+async def _http_of(door: Door, options: argparse.Namespace) -> AsyncIterator[HttpDoor | None]:
+    async with session_of(door) as session:
+        if options.metrics:
+            options.metrics_url = await serve_metrics(door, session, *options.metrics)
+        if not options.http:
+            yield None
+            return
+        http = HttpDoor(door, session)
+        await http.open(*options.http)
+        try:
+            yield http
+        finally:
+            http.close()
 
 
-def _tell_ready(facts: dict[str, Any], options: argparse.Namespace) -> None:
-    """On stdout, and on --ready-fd as JSON."""
+def _tell_ready(facts: dict[str, Any], http: HttpDoor | None, options: argparse.Namespace) -> None:
+    """On stdout, and on --ready-fd as JSON. The printed link brings the key to the page."""
+    if http:
+        facts |= {"http": http.url, **({"key_file": http.key_file} if http.key_file else {})}
     if options.metrics:
         facts["metrics"] = options.metrics_url
     if options.ready_fd is not None:
         with os.fdopen(options.ready_fd, "w") as ready:
             ready.write(json.dumps(facts) + "\n")
-    print("camrig farm\n" + "\n".join(f"  {name:8} {' '.join(value) if isinstance(value, list) else value}" for name, value in facts.items()), flush=True)
+    shown = facts | ({"http": http.link} if http else {})
+    print("camrig farm\n" + "\n".join(f"  {name:8} {' '.join(value) if isinstance(value, list) else value}" for name, value in shown.items()), flush=True)
 
 
 def _farm_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--farm", default="farm", help="name of the farm on the bus")
 
 
-def _door_options(parser: argparse.ArgumentParser) -> None:
+def _door_options(parser: argparse.ArgumentParser, http: tuple[str, int] | None = None) -> None:
     parser.add_argument("--control", help="path of the farm's control socket")
+    parser.add_argument("--http", metavar="HOST:PORT", type=_address, default=http, help="web page, /rpc, pictures and /metrics of the farm at one address; port 0: any free one")
     parser.add_argument("--metrics", metavar="HOST:PORT", type=_address, help="where /metrics of all nodes is one page; port 0: any free one")
     parser.add_argument("--ready-fd", type=int, help="writes one JSON line here when ready")
 
@@ -192,22 +208,25 @@ async def _door(options: argparse.Namespace) -> int:
     facts = {"control": door.path, "nats": options.nats}
     if options.tcp:
         facts["tcp"] = f"{options.tcp[0]}:{await door.listen(*options.tcp)}"
-    _serve_metrics(door, options)
-    _tell_ready(facts, options)
-    await door.ended.wait()
+    async with _http_of(door, options) as http:
+        _tell_ready(facts, http, options)
+        await door.ended.wait()
     return 0
 
 
 def up(arguments: Sequence[str]) -> int:
     parser = Parser(prog="camrig farm up", description="one world on many nodes, on this machine")
     _scene_options(parser)
-    _door_options(parser)
+    _door_options(parser, http=("127.0.0.1", 0))
     parser.add_argument("--nodes", type=int, default=2)
     parser.add_argument("--cameras", help="file with a list of cameras, as camera.create takes them")
     parser.add_argument("--nats", help="URL of a NATS server with JetStream; default: one is started")
     parser.add_argument("--store", help="folder of the log, of a NATS server that is started; default: gone at the end")
     parser.add_argument("--no-replace", dest="replace", action="store_false", help="no new node in the place of one that has ended")
-    return asyncio.run(_up(parser.parse_args(arguments)))
+    options = parser.parse_args(arguments)
+    if not is_loopback(options.http[0]):
+        parser.error("--http: of loopback only; beyond it camrig farm door --http serves, with --token-file")
+    return asyncio.run(_up(options))
 
 
 def door(arguments: Sequence[str]) -> int:
@@ -222,6 +241,8 @@ def door(arguments: Sequence[str]) -> int:
         parser.error("--control: give the path of the socket")
     if options.tcp and not options.token_file:
         parser.error("--tcp: give --token-file too")
+    if options.http and not options.token_file and not is_loopback(options.http[0]):
+        parser.error("--http: beyond loopback give --token-file too")
     return asyncio.run(_door(options))
 
 

@@ -14,6 +14,12 @@ _MAX_LINE = 96 << 20
 CONNECT_S = 2.0
 
 
+def url_of(report: Mapping[str, Any], target: str, scheme: str = "http") -> str:
+    """Of a node's own port."""
+    host = f"[{report['host']}]" if ":" in report["host"] else report["host"]
+    return f"{scheme}://{host}:{report[scheme]}{target}"
+
+
 async def connect_to(report: Mapping[str, Any], token: str | None) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
     """To the rig of a node, by what it reports: over TCP where it has a port and we the token, else by its socket on this machine."""
     if not report.get("tcp") or not token:
