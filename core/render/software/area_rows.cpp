@@ -368,8 +368,8 @@ void mark_statics(const RowsOfView& of) {
     band.statics.marked.number();
     band.crowded.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
     band.divided.clear();
-    find_divided(of.scratch.geometry, of.rect, band.statics.marked, of.scratch.areas.edges, of.scratch.numbers.rows(),
-                 of.work.canvas.depth, band.crowded, band.divided);
+    find_divided(of.scratch.geometry, of.rect, drawn_rows(of.work), band.statics.marked, of.scratch.areas.edges,
+                 of.scratch.numbers.rows(), of.work.canvas.depth, band.crowded, band.divided);
     band.crowded.number();
 }
 

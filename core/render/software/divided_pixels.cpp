@@ -49,8 +49,9 @@ CAMRIG_LANES Step across(const DividingEdge& edge) {
 
 class Divider {
 public:
-    Divider(const ViewGeometry& geometry, const OutlineEdges& edges, Rows<std::uint32_t> numbers, Rows<float> depth)
-        : geometry_(geometry), edges_(edges), numbers_(numbers), depth_(depth) {}
+    Divider(const ViewGeometry& geometry, const PixelRect& drawn, const OutlineEdges& edges,
+            Rows<std::uint32_t> numbers, Rows<float> depth)
+        : geometry_(geometry), drawn_(drawn), edges_(edges), numbers_(numbers), depth_(depth) {}
 
     /// None: the pixel is crowded.
     template <typename Isa>
@@ -60,8 +61,7 @@ public:
         const DividingEdge edge(geometry_, number, x, y);
         const Step step = across(edge);
         const int next_x = x + step.x, next_y = y + step.y;
-        const PixelRect whole = geometry_.whole();
-        if (next_x < whole.x0 || next_x >= whole.x1 || next_y < whole.y0 || next_y >= whole.y1) return {};
+        if (next_x < drawn_.x0 || next_x >= drawn_.x1 || next_y < drawn_.y0 || next_y >= drawn_.y1) return {};
         const std::int64_t beyond = edge.value + std::int64_t{subpixels} * (step.y * edge.dx - step.x * edge.dy);
         if ((beyond >= 0) == edge.has_middle()) return {};
         const std::uint32_t next_number = edges_.at(next_x, next_y);
@@ -90,6 +90,7 @@ private:
     }
 
     const ViewGeometry& geometry_;
+    PixelRect drawn_;
     const OutlineEdges& edges_;
     Rows<std::uint32_t> numbers_;
     Rows<float> depth_;
@@ -115,10 +116,10 @@ CAMRIG_WIDE void find_divided_wide(const Divider& divider, const PixelRect& rect
 
 }  // namespace
 
-void find_divided(const ViewGeometry& geometry, const PixelRect& rect, const MarkedPixels& marked,
-                  const OutlineEdges& edges, Rows<std::uint32_t> numbers, Rows<float> depth, MarkedPixels& crowded,
-                  std::vector<DividedPixel>& divided) {
-    const Divider divider(geometry, edges, numbers, depth);
+void find_divided(const ViewGeometry& geometry, const PixelRect& rect, const PixelRect& drawn,
+                  const MarkedPixels& marked, const OutlineEdges& edges, Rows<std::uint32_t> numbers, Rows<float> depth,
+                  MarkedPixels& crowded, std::vector<DividedPixel>& divided) {
+    const Divider divider(geometry, drawn, edges, numbers, depth);
     if (geometry.wide_lanes()) return find_divided_wide(divider, rect, marked, crowded, divided);
     find_divided_body<PlainIsa>(divider, rect, marked, crowded, divided);
 }

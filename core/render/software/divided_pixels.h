@@ -18,9 +18,9 @@ struct DividedPixel {
 
 /// Adds the marked pixels of the rectangle that one edge divides, from left to right and top to bottom, and marks all
 /// others as crowded: more edges go through them or end there, surfaces cross, masks end. numbers, depth: of opaque
-/// surfaces at the pixel centres. Reads the rows beside the rectangle too.
-void find_divided(const ViewGeometry& geometry, const PixelRect& rect, const MarkedPixels& marked,
-                  const OutlineEdges& edges, Rows<std::uint32_t> numbers, Rows<float> depth, MarkedPixels& crowded,
-                  std::vector<DividedPixel>& divided);
+/// surfaces at the pixel centres. Reads the rows beside the rectangle too, as far as the picture is drawn.
+void find_divided(const ViewGeometry& geometry, const PixelRect& rect, const PixelRect& drawn,
+                  const MarkedPixels& marked, const OutlineEdges& edges, Rows<std::uint32_t> numbers, Rows<float> depth,
+                  MarkedPixels& crowded, std::vector<DividedPixel>& divided);
 
 }  // namespace camrig::render::software

@@ -185,10 +185,16 @@ void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     for (const PixelRect& rect : work.rects) copy(work.canvas.color, rows_of(*work.frame), common(rect, band));
 }
 
+PixelRect drawn_rows(const ViewWork& work) {
+    if (!work.is_moment || work.rects.empty()) return work.whole;
+    const PixelRect busy = hull_of(work.rects);
+    return {work.whole.x0, busy.y0, work.whole.x1, busy.y1};
+}
+
 PixelRect band_of(const ViewWork& work, int band, int bands) {
     // The work lies where the rectangles are.
     const PixelRect busy = work.rects.empty() ? work.whole : hull_of(work.rects);
-    const PixelRect& all = work.is_moment ? busy : work.whole;
+    const PixelRect all = drawn_rows(work);
     const auto row = [&](int i) { return i == 0 ? all.y0 : i == bands ? all.y1 : busy.y0 + busy.height() * i / bands; };
     return {0, row(band), work.whole.x1, row(band + 1)};
 }

@@ -5,7 +5,9 @@
 /// The pixels of a view that is ready to be drawn (SoftwareDrawer::begin_view).
 namespace camrig::render::software {
 
-/// One of so many bands of rows that cover the picture, each of which has about as much work.
+/// The rows that are drawn, in full width: all or, of a moment, those where its rectangles lie.
+PixelRect drawn_rows(const ViewWork& work);
+/// One of so many bands of rows that cover them, each of which has about as much work.
 PixelRect band_of(const ViewWork& work, int band, int bands);
 
 /// A view is drawn in so many passes; each begins when the one before is through with all bands.
