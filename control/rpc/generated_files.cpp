@@ -9,6 +9,7 @@
 #include "core/world/camera_fields.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/behaviour_json.h"
+#include "core/world/read/daylight_json.h"
 #include "core/world/read/event_json.h"
 #include "core/world/read/ground_json.h"
 #include "core/world/read/light_json.h"
@@ -68,7 +69,8 @@ Result<std::string> fault_tables(const std::string& present) {
 std::vector<ObjectDescription> objects_of_methods() {
     return {{"actor", descriptions_of<world::ActorSpec>()},
             {"attachment", descriptions_of<world::Attachment>()},
-            {"event", descriptions_of<world::EventSpec>()}};
+            {"event", descriptions_of<world::EventSpec>()},
+            {"daylight", descriptions_of<world::DaylightSpec>()}};
 }
 
 std::vector<ObjectDescription> objects_of_scenes() {

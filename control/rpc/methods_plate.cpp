@@ -2,8 +2,9 @@
 #include <optional>
 
 #include "control/rpc/methods.h"
+#include "core/daylight/sun.h"
 #include "core/photo/plate_json.h"
-#include "core/photo/sun.h"
+#include "core/photo/shadow_sun.h"
 
 // What `camrig plate` does without a rig, for pages and programs that have one: nothing of the rig is asked or changed.
 // Who calls needs the right to command, since a search keeps a processor busy for seconds.
@@ -117,7 +118,7 @@ SunQuestion read_sun(JsonReader& reader) {
     std::string time;
     reader.optional("time", time);
     if (!time.empty()) {
-        const auto instant = photo::read_instant(time);
+        const auto instant = daylight::read_instant(time);
         if (instant)
             asked.time_s = *instant;
         else
@@ -150,11 +151,12 @@ Result<glm::dvec3> direction_of(const SunQuestion& asked, json& found) {
     const bool by_time = asked.time_s || asked.place;
     if (asked.sun.has_value() + by_time + asked.shadow.has_value() != 1)
         return wrong("sun: give one of sun, time with place, and shadow with camera");
-    if (asked.sun) return light_direction(photo::SunPlace{(*asked.sun)[0] * deg, (*asked.sun)[1] * deg}, asked.north);
+    if (asked.sun)
+        return light_direction(daylight::SunPlace{(*asked.sun)[0] * deg, (*asked.sun)[1] * deg}, asked.north);
     if (by_time) {
         if (!asked.time_s) return wrong("time: is missing beside place, as 2026-06-21T14:30:00+02:00");
         if (!asked.place) return wrong("place: is missing beside time, as [latitude, longitude]");
-        return light_direction(photo::sun_at(*asked.time_s, (*asked.place)[0], (*asked.place)[1]), asked.north);
+        return light_direction(daylight::sun_at(*asked.time_s, (*asked.place)[0], (*asked.place)[1]), asked.north);
     }
     if (!asked.view) return wrong("camera: is missing; a shadow needs it, as plate.calibrate gives it");
     const auto sun = photo::sun_of_shadow(*asked.view, *asked.shadow);

@@ -35,7 +35,7 @@ void texts_of(const json& value, std::vector<std::string>& out) {
         for (const json& each : value) texts_of(each, out);
 }
 
-/// The files that a JSON file names.
+/// The files that a JSON file names, and what is found by its own name.
 std::vector<fs::path> named_in(const fs::path& file) {
     std::vector<fs::path> files;
     std::error_code failed;
@@ -43,6 +43,9 @@ std::vector<fs::path> named_in(const fs::path& file) {
     if ((kind != ".json" && kind != ".gltf") || fs::file_size(file, failed) > max_json_bytes || failed) return files;
     std::ifstream in(file, std::ios::binary);
     const json value = json::parse(in, nullptr, false);
+    // The light that was baked for a scene lies beside it, and beside the one that it stands on.
+    if (const fs::path light = fs::path(file).replace_extension(".light"); fs::is_regular_file(light, failed))
+        files.push_back(light);
     std::vector<std::string> texts;
     if (!value.is_discarded()) texts_of(value, texts);
     for (const std::string& text : texts) {
@@ -62,10 +65,6 @@ Result<SceneDigest> digest_of_scene(const fs::path& file_of_scene) {
     if (failed) return error(ErrorKind::not_found, "'" + file_of_scene.string() + "' is no file of a scene");
     std::map<std::string, std::uint64_t> digests;  // by the way from the scene's folder, so in one order everywhere
     std::vector<fs::path> left{scene};
-    // The light that was baked for it lies beside it.
-    for (const auto& beside : fs::directory_iterator(scene.parent_path(), failed))
-        if (beside.path().stem() == file_of_scene.stem() && beside.path().extension() == ".light")
-            left.push_back(beside.path());
     while (!left.empty()) {
         const fs::path file = left.back();
         left.pop_back();

@@ -82,6 +82,7 @@ glm::vec3 RaySurface::normal_at(std::size_t triangle, const glm::vec3& shares) c
 RayScene::RayScene(const render::scene::PlacedScene& scene) : embree_(std::make_unique<Embree>()) {
     for (const PlacedSurface& placed : scene.statics().all()) {
         if (placed.is_contact_shadow || placed.primitive->source->topology != world::Topology::triangles) continue;
+        if (placed.object->model->sky_radius_m > 0.0) continue;
         surfaces_.push_back(surface_of(scene, placed));
     }
     // One thread builds, so that what lies in one place is found in the same order each time.

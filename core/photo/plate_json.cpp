@@ -1,3 +1,4 @@
+#include "core/daylight/sun.h"
 #include "core/photo/plate_json.h"
 
 #include <algorithm>
@@ -6,7 +7,6 @@
 #include <numbers>
 
 #include "core/camera/camera_model.h"
-#include "core/photo/sun.h"
 
 namespace camrig::photo {
 namespace {
@@ -239,7 +239,7 @@ json to_json(const PlateCalibration& found) {
 }
 
 json light_json(const PlateLight& light, const glm::dvec3& direction, double north) {
-    const SunPlace sun = sun_of(direction, north);
+    const daylight::SunPlace sun = daylight::sun_of(direction, north);
     const double intensity = std::max({light.sun.r, light.sun.g, light.sun.b});
     return {{"azimuth_deg", sun.azimuth / deg},
             {"elevation_deg", sun.elevation / deg},

@@ -190,6 +190,7 @@ struct Model {
     std::vector<Animation> animations;
     std::vector<ModelCamera> cameras;
     std::vector<ModelLight> lights;
+    double sky_radius_m = 0.0;  ///< over 0: a sky around all else (SkyShape); rays from anywhere go through it
 
     /// Index of the clip of this name, or -1.
     int find_animation(std::string_view clip) const;

@@ -59,6 +59,7 @@ struct Scene {
     std::string name;
     std::string description;
     std::filesystem::path file;
+    std::vector<std::filesystem::path> bases;  ///< what that file stands on, nearest first
     std::uint64_t seed = 1;
     TimeNs step_ns = 10 * ns_per_ms;
     Environment environment;

@@ -1,12 +1,10 @@
 #include <algorithm>
 #include <new>
 
-#include "core/base/json_reader.h"
 #include "core/world/baked/baked_light_file.h"
-#include "core/world/gltf/failure.h"
-#include "core/world/gltf/resources.h"
 #include "core/world/gltf_loader.h"
 #include "core/world/model_scene.h"
+#include "core/world/scene_base.h"
 #include "core/world/scene_check.h"
 #include "core/world/scene_reader.h"
 #include "core/world/shipped.h"
@@ -15,16 +13,15 @@ namespace camrig::world {
 namespace {
 
 Result<Scene> load_scene_file(const std::filesystem::path& file) {
-    std::vector<std::byte> bytes;
-    try {
-        bytes = gltf::read_file(file, max_scene_bytes);
-    } catch (const gltf::Failure& failure) {
-        return std::unexpected(failure.error);
-    }
-    auto document = parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, max_scene_bytes);
+    auto document = read_scene_document(file);
     if (!document) return std::unexpected(document.error());
+    auto whole = on_its_base(std::move(*document), file);
+    if (!whole) return std::unexpected(whole.error());
     const auto folder = file.has_parent_path() ? file.parent_path() : std::filesystem::path(".");
-    return read_scene(*document, folder, [](const std::filesystem::path& model) { return load_model(model); });
+    auto scene =
+        read_scene(whole->document, folder, [](const std::filesystem::path& model) { return load_model(model); });
+    if (scene) scene->bases = std::move(whole->bases);
+    return scene;
 }
 
 Result<Scene> load_any(const std::filesystem::path& file, const SceneOptions& options) {

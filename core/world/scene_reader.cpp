@@ -6,6 +6,7 @@
 #include "core/base/names.h"
 #include "core/world/backdrop/backdrop.h"
 #include "core/world/camera_json.h"
+#include "core/world/daylit.h"
 #include "core/world/model_lights.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/check_names.h"
@@ -45,6 +46,8 @@ public:
 private:
     void read_parts();
     void check_references();
+    void check_daylight();
+    void light_by_day();
     bool spoil(const std::string& path, const std::string& name, const Error& why);
     template <typename Value, typename Read>
     void read_map(std::string_view key, std::size_t limit, std::map<std::string, Value>& out, Read&& read);
@@ -205,16 +208,32 @@ void SceneReader::read_parts() {
     read_list("events", max_scene_events, scene_.events, &events, read_event);
 }
 
+void SceneReader::check_daylight() {
+    const json* const given = reader_.find("environment");
+    if (!given || !given->is_object() || !given->contains("daylight")) return;
+    for (const char* made : {"ambient", "background"})
+        if (given->contains(made))
+            reader_.fail(std::string("environment.") + made, "is made by environment.daylight; leave one of them out");
+}
+
 Result<Scene> SceneReader::read() {
     read_parts();
     check_references();
+    check_daylight();
     if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
     for (const ObjectSpec& object : scene_.objects)
         append_model_lights(*scene_.models.at(object.model).model, object, scene_.lights);
     if (scene_.lights.size() > max_scene_lights)
         return error(ErrorKind::resource_exhausted,
                      "lights: more than " + std::to_string(max_scene_lights) + " with those of the models");
+    if (scene_.environment.daylight) light_by_day();
     return std::move(scene_);
+}
+
+void SceneReader::light_by_day() {
+    apply_daylight(scene_.environment, scene_.lights);
+    for (auto& [name, entry] : scene_.models)
+        if (entry.model->sky_radius_m > 0.0) entry.model = daylit_sky(scene_.environment, entry.model->sky_radius_m);
 }
 
 /// A list, or an object from names to entries; read by name, for what they say of each other.
@@ -251,6 +270,12 @@ FieldOf<Scene> format_version() {
 FieldTable<Scene> fields_of(std::type_identity<Scene>) {
     static const std::vector<FieldOf<Scene>> table{
         format_version(),
+        {.field = {.name = "base",
+                   .type = "string",
+                   .doc =
+                       "of a scene that this one differs from: a file of this folder, or `camrig:` and the name of a "
+                       "shipped scene. What is not said here is as there, see base",
+                   .fallback = "none"}},
         name_at<&Scene::name>({.name = "name", .required = true}),
         text_at<&Scene::description>({.name = "description", .fallback = "\"\""}),
         field_at<&Scene::seed>({.name = "seed",

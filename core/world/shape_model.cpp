@@ -53,11 +53,13 @@ struct Mesher {
     }
 };
 
-ModelRef model_of(const char* name, Mesher mesher, Material material, std::vector<Image> images = {}) {
+ModelRef model_of(const char* name, Mesher mesher, Material material, std::vector<Image> images = {},
+                  double sky_radius_m = 0.0) {
     mesher.close();
     material.name = name;
     material.metallic = 0.0f;
     auto model = std::make_shared<Model>();
+    model->sky_radius_m = sky_radius_m;
     model->name = name;
     model->nodes.push_back({.name = name, .local = {}, .mesh = 0, .weights = {}, .keypoint = {}});
     model->order = {0};
@@ -126,32 +128,38 @@ ModelRef make(const BoxShape& box) {
 }
 
 ModelRef make(const SkyShape& sky) {
-    using std::numbers::pi;
-    Mesher mesher;
-    for (int row = -sky_rows; row <= sky_rows; ++row) {
-        // Finer near the horizon, where the colour changes fastest.
-        const double part = static_cast<double>(row) / sky_rows;
-        const double elevation = 0.5 * pi * part * std::abs(part);
-        const auto zenith = static_cast<float>(std::sqrt(std::max(0.0, portable::sin(elevation))));
-        for (int column = 0; column <= sky_columns; ++column) {
-            // To the right for who looks at it from within.
-            const double pan = -2.0 * pi * column / sky_columns;
-            const glm::dvec3 out(portable::cos(elevation) * portable::cos(pan),
-                                 portable::cos(elevation) * portable::sin(pan), portable::sin(elevation));
-            mesher.corner(sky.radius_m * out, -out, glm::dvec2(0.0));
-            mesher.primitive.colors.emplace_back(glm::mix(sky.horizon, sky.color, zenith), 1.0f);
-        }
-    }
-    mesher.grid(sky_columns, 2 * sky_rows);
-    Material material;
-    material.unlit = true;
-    return model_of("sky", std::move(mesher), material);
+    return sky_model(sky.radius_m, 1, [&](const glm::dvec3& towards) {
+        return glm::mix(sky.horizon, sky.color, static_cast<float>(std::sqrt(std::max(0.0, towards.z))));
+    });
 }
 
 }  // namespace
 
 ModelRef shape_model(const Shape& shape) {
     return std::visit([](const auto& one) { return make(one); }, shape);
+}
+
+ModelRef sky_model(double radius_m, int fineness, const std::function<glm::vec3(const glm::dvec3& towards)>& color) {
+    using std::numbers::pi;
+    Mesher mesher;
+    const int rows = sky_rows * fineness, columns = sky_columns * fineness;
+    for (int row = -rows; row <= rows; ++row) {
+        // Finer near the horizon, where the colour changes fastest.
+        const double part = static_cast<double>(row) / rows;
+        const double elevation = 0.5 * pi * part * std::abs(part);
+        for (int column = 0; column <= columns; ++column) {
+            // To the right for who looks at it from within.
+            const double pan = -2.0 * pi * column / columns;
+            const glm::dvec3 out(portable::cos(elevation) * portable::cos(pan),
+                                 portable::cos(elevation) * portable::sin(pan), portable::sin(elevation));
+            mesher.corner(radius_m * out, -out, glm::dvec2(0.0));
+            mesher.primitive.colors.emplace_back(color(out), 1.0f);
+        }
+    }
+    mesher.grid(columns, 2 * rows);
+    Material material;
+    material.unlit = true;
+    return model_of("sky", std::move(mesher), material, {}, radius_m);
 }
 
 }  // namespace camrig::world

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <variant>
 
 #include <glm/glm.hpp>
@@ -37,5 +38,9 @@ struct SkyShape {
 using Shape = std::variant<GroundShape, BoxShape, SkyShape>;
 
 ModelRef shape_model(const Shape& shape);
+
+/// A SkyShape of any colours: of what is seen along a unit vector, z up. `fineness`: so many times as many corners
+/// around, and as many from horizon to zenith.
+ModelRef sky_model(double radius_m, int fineness, const std::function<glm::vec3(const glm::dvec3& towards)>& color);
 
 }  // namespace camrig::world

@@ -10,6 +10,7 @@
 #include "core/base/ids.h"
 #include "core/base/time.h"
 #include "core/world/baked/baked_light.h"
+#include "core/world/daylight_spec.h"
 #include "core/world/model.h"
 #include "core/world/posed_model.h"
 
@@ -66,6 +67,8 @@ struct Environment {
     float glow = 1.0f;
     /// Illuminance of a white surface that is drawn as linear 1, for cameras with a sensor; nullopt: not known.
     std::optional<double> lux{};
+    /// What of this comes from sun and sky (apply_daylight); nullopt: nothing.
+    std::optional<DaylightSpec> daylight{};
     friend bool operator==(const Environment&, const Environment&) = default;
 };
 

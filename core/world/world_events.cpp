@@ -3,6 +3,7 @@
 #include <deque>
 
 #include "core/base/random.h"
+#include "core/world/daylit.h"
 #include "core/world/scene_world.h"
 
 // What events do, at the end of a step.
@@ -108,12 +109,18 @@ struct ActionRun {
         return {};
     }
     Result<void> operator()(const EnvironmentAction& action) const {
-        Environment& environment = world.edit_statics().environment;
+        StaticSet& statics = world.edit_statics();
+        Environment& environment = statics.environment;
         if (action.background) environment.background = *action.background;
         if (action.sky) environment.ambient_sky = *action.sky;
         if (action.ground) environment.ambient_ground = *action.ground;
         if (action.exposure) environment.exposure = static_cast<float>(*action.exposure);
         if (action.glow) environment.glow = static_cast<float>(*action.glow);
+        if (action.daylight) {
+            environment.daylight = *action.daylight;
+            apply_daylight(environment, statics.lights);
+            show_sky(statics);
+        }
         return {};
     }
     Result<void> of_camera(const auto& action) const {

@@ -5,9 +5,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "core/daylight/sun.h"
 #include "core/photo/plate_json.h"
 #include "core/photo/plate_light.h"
-#include "core/photo/sun.h"
+#include "core/photo/shadow_sun.h"
 #include "tools/camrig/cli_plate.h"
 #include "tools/camrig/photo_file.h"
 #include "tools/camrig/scene_edit.h"
@@ -57,7 +58,7 @@ Result<std::optional<glm::dvec3>> direction_of(const LightOptions& options, json
     if (!options.sun.empty()) {
         const auto angles = numbers_of("--sun AZIMUTH,ELEVATION", options.sun, 2);
         if (!angles) return std::unexpected(angles.error());
-        return light_direction(photo::SunPlace{(*angles)[0].get<double>() * deg, (*angles)[1].get<double>() * deg},
+        return light_direction(daylight::SunPlace{(*angles)[0].get<double>() * deg, (*angles)[1].get<double>() * deg},
                                north);
     }
     if (!options.time.empty() || !options.place.empty()) {
@@ -67,9 +68,9 @@ Result<std::optional<glm::dvec3>> direction_of(const LightOptions& options, json
         if (std::abs(latitude) > 90.0 || std::abs(longitude) > 360.0)
             return error(ErrorKind::invalid_argument,
                          "--place: latitude is from -90 to 90, longitude from -360 to 360");
-        const auto at = photo::read_instant(options.time);
+        const auto at = daylight::read_instant(options.time);
         if (!at) return camrig::at("--time", at.error());
-        return light_direction(photo::sun_at(*at, latitude, longitude), north);
+        return light_direction(daylight::sun_at(*at, latitude, longitude), north);
     }
     if (options.shadow.empty()) return std::nullopt;
     std::array<glm::dvec2, 3> px;

@@ -14,7 +14,7 @@ import pathlib
 import re
 
 # What decides the state of the world and where cameras are.
-PLACES = ["core/world", "core/camera/pose.cpp", "core/camera/pose.h"]
+PLACES = ["core/world", "core/daylight", "core/camera/pose.cpp", "core/camera/pose.h"]
 FUNCTIONS = ("sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log2 log10 log1p pow cbrt hypot "
              "sincos tgamma lgamma erf erfc fma lerp").split()
 # Of glm, these call them: axis and angle, rotations, Euler angles.

@@ -6,6 +6,7 @@ extern const char* const blocks;
 extern const char* const lighting;
 extern const char* const shadow;
 extern const char* const srgb;
+extern const char* const tone_curve;
 extern const char* const forward_vert;
 extern const char* const forward_frag;
 extern const char* const truth_vert;

@@ -202,6 +202,9 @@ void main() {
 #endif
     color += emissive;
 #endif
+#ifdef GGX
+    color = pbr_neutral(color);
+#endif
 
 #ifdef BLEND
     out_pixel = vec4(clamp(color, 0.0, 1.0), base.a);  // linear: the target encodes after blending

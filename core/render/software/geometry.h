@@ -82,6 +82,7 @@ public:
     bool wide_lanes() const { return wide_lanes_; }
     bool has_outlines() const { return has_outlines_; }
     bool is_beautiful() const { return view_.quality == world::Quality::beautiful; }
+    bool has_tone_curve() const { return view_.has_tone_curve; }
     std::span<const ShadowInView> shadows() const { return shadows_; }
     const BakedPicture* baked() const { return baked_.get(); }
     /// What a value of its map stands for.

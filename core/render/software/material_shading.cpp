@@ -6,6 +6,7 @@
 #include "core/render/software/lanes_math.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/shadow_lookup.h"
+#include "core/render/software/tone_curve.h"
 #include "core/render/surface_tables.h"
 
 namespace camrig::render::software {
@@ -228,7 +229,8 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
         const auto texture = sampled<Isa>(draw, emissive_slot, TextureChannels::rgb, points);
         emissive = emissive * Lanes3{texture[0], texture[1], texture[2]};
     }
-    to = {sum + emissive, base.a};
+    const Lanes3 light = sum + emissive;
+    to = {geometry.has_tone_curve() ? pbr_neutral(light) : light, base.a};
 }
 
 }  // namespace

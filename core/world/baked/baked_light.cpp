@@ -5,6 +5,7 @@
 #include <cstring>
 #include <type_traits>
 
+#include "core/world/daylit.h"
 #include "core/world/scene.h"
 
 namespace camrig::world {
@@ -131,6 +132,8 @@ std::uint64_t light_key(const Scene& scene) {
     std::vector<const Model*> models;
     for (const ObjectSpec& object : scene.objects) {
         if (!object.clip.empty() || object.attach) continue;
+        // Light comes from there, whatever it looks like.
+        if (scene.models.at(object.model).model->sky_radius_m > 0.0) continue;
         key.add(object.name);
         key.add(object.model);
         key.add(object.position);
@@ -144,7 +147,8 @@ std::uint64_t light_key(const Scene& scene) {
     for (const Light& light : scene.lights) {
         key.add(light.type);
         key.add(light.position);
-        key.add(light.direction);
+        // By day the sun moves on; what was reflected of it is taken for what is.
+        if (!(scene.environment.daylight && light.name == sun_name)) key.add(light.direction);
         key.add(light.range);
         key.add(light.inner_cone_rad);
         key.add(light.outer_cone_rad);

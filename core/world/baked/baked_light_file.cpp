@@ -242,14 +242,17 @@ Result<BakedLightRef> read_baked_light(const std::filesystem::path& file, const 
 }
 
 void find_baked_light(Scene& scene, const std::filesystem::path& scene_file) {
-    std::filesystem::path file = scene_file;
-    file.replace_extension(baked_light_ending);
-    std::error_code problem;
-    if (!std::filesystem::is_regular_file(file, problem)) return;
-    const auto light = read_baked_light(file, scene);
-    if (light) return use_baked_light(scene, *light);
-    spdlog::warn("{}: {}; the scene looks as without it. camrig bake {} makes it anew", file.string(),
-                 light.error().message, scene_file.string());
+    std::vector<std::filesystem::path> files{scene_file};
+    files.insert(files.end(), scene.bases.begin(), scene.bases.end());
+    for (std::filesystem::path file : files) {
+        file.replace_extension(baked_light_ending);
+        std::error_code problem;
+        if (!std::filesystem::is_regular_file(file, problem)) continue;
+        const auto light = read_baked_light(file, scene);
+        if (light) return use_baked_light(scene, *light);
+        spdlog::warn("{}: {}; the scene looks as without it. camrig bake {} makes it anew", file.string(),
+                     light.error().message, scene_file.string());
+    }
 }
 
 }  // namespace camrig::world

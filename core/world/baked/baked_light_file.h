@@ -25,8 +25,8 @@ Result<BakedLightRef> decode_baked_light(std::span<const std::byte> bytes, const
 /// The same of a file.
 Result<BakedLightRef> read_baked_light(const std::filesystem::path& file, const Scene& scene);
 
-/// What lies beside the scene's file, if anything does, is used from now on. A light that is of another state of the
-/// scene, or damaged, is left alone, and logged: the scene looks as without one.
+/// What lies beside the scene's file or, if nothing does, of one that it stands on, is used. A light that is of another
+/// state of the scene, or damaged, is left alone, and logged: the scene looks as without one.
 void find_baked_light(Scene& scene, const std::filesystem::path& scene_file);
 
 }  // namespace camrig::world

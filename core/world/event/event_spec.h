@@ -13,6 +13,7 @@
 #include "core/camera/pose.h"
 #include "core/fault/fault_plan.h"
 #include "core/world/actor_spec.h"
+#include "core/world/daylight_spec.h"
 
 /// Events as data: when something happens, and what happens then. docs/scene-format.md explains each.
 namespace camrig::world {
@@ -90,6 +91,7 @@ struct EnvironmentAction {
     std::optional<glm::vec3> background, sky, ground;
     std::optional<double> exposure;
     std::optional<double> glow;
+    std::optional<DaylightSpec> daylight;
 };
 struct CameraAction {
     std::string camera;

@@ -4,6 +4,7 @@
 #include <initializer_list>
 
 #include "core/base/error_list.h"
+#include "core/world/daylit.h"
 #include "core/world/scene_names.h"
 
 namespace camrig::world {
@@ -48,6 +49,7 @@ Result<void> check_in(const Entries& entries, const std::string& name, std::stri
 Result<void> check_light(const Scene& scene, const std::string& name, const std::string& path) {
     std::set<std::string> lights;
     for (const Light& light : scene.lights) lights.insert(light.name);
+    if (scene.environment.daylight) lights.insert(sun_name);
     return check_in(lights, name, "light", path);
 }
 

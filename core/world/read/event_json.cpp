@@ -3,6 +3,7 @@
 #include "core/world/camera_json.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/behaviour_json.h"
+#include "core/world/read/daylight_json.h"
 #include "core/world/read/fault_json.h"
 #include "core/world/world_fields.h"
 
@@ -190,7 +191,16 @@ std::vector<Kind<Action>> make_actions() {
             {new_color<&EnvironmentAction::background>("background"), new_color<&EnvironmentAction::sky>("sky"),
              new_color<&EnvironmentAction::ground>("ground"),
              field_at<&EnvironmentAction::exposure>({.name = "exposure", .fallback = "as it is", .range = {1e-6, 1e6}}),
-             field_at<&EnvironmentAction::glow>({.name = "glow", .fallback = "as it is", .range = {0.0, 1e6}})}),
+             field_at<&EnvironmentAction::glow>({.name = "glow", .fallback = "as it is", .range = {0.0, 1e6}}),
+             nested_at<&EnvironmentAction::daylight>({.name = "daylight",
+                                                      .doc = "of the environment",
+                                                      .fallback = "as it is",
+                                                      .schema = R"({"$ref": "#/$defs/daylight"})"},
+                                                     read_daylight)},
+            [](const EnvironmentAction& action, JsonReader& reader) {
+                for (const char* made : {"background", "sky"})
+                    if (action.daylight && reader.has(made)) reader.fail(made, "is made by daylight; leave it out");
+            }),
         kind_of<Action, CameraAction>(
             {.name = "camera",
              .doc = "puts a camera somewhere else, gives it another field of view, sets its clock, or several of them",

@@ -1,5 +1,6 @@
 #include "core/world/read/light_json.h"
 
+#include "core/world/read/daylight_json.h"
 #include "core/world/world_fields.h"
 
 namespace camrig::world {
@@ -90,7 +91,8 @@ Kind<Light> light_kind(LightType type, std::string name, std::string doc) {
 
 FieldTable<Environment> fields_of(std::type_identity<Environment>) {
     static const std::vector<FieldOf<Environment>> table{
-        color_at<&Environment::background>({.name = "background", .doc = "where nothing is"}), ambient(),
+        color_at<&Environment::background>({.name = "background", .doc = "where nothing is"}),
+        ambient(),
         field_at<&Environment::exposure>(
             {.name = "exposure", .doc = "factor on linear colour before the sRGB curve", .range = {1e-6, 1e6}}),
         field_at<&Environment::glow>(
@@ -102,7 +104,13 @@ FieldTable<Environment> fields_of(std::type_identity<Environment>) {
                                      .doc = "for cameras with a sensor: illuminance where white is drawn as white",
                                      .unit = "lx",
                                      .range = {1e-4, 1e6},
-                                     .null = "white fills their wells in 10 ms"})};
+                                     .null = "white fills their wells in 10 ms"}),
+        nested_at<&Environment::daylight>({.name = "daylight",
+                                           .doc = "sun and sky make the ambient light, the background and the light "
+                                                  "`sun`, see daylight",
+                                           .fallback = "none",
+                                           .schema = R"({"$ref": "#/$defs/daylight"})"},
+                                          read_daylight)};
     return table;
 }
 

@@ -5,7 +5,7 @@
 
 #include "core/base/json_reader.h"
 #include "core/photo/plate_json.h"
-#include "core/photo/sun.h"
+#include "core/photo/shadow_sun.h"
 #include "tests/unit/control/rpc_harness.h"
 
 namespace camrig::control {

@@ -1,4 +1,6 @@
+#include "core/daylight/sun.h"
 #include "core/photo/plate_light.h"
+#include "core/photo/shadow_sun.h"
 
 #include <cmath>
 #include <numbers>
@@ -8,7 +10,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/photo/sun.h"
 
 namespace camrig::photo {
 namespace {

@@ -2,10 +2,11 @@
 
 #include <string_view>
 
-#include "core/base/result.h"
-#include "core/photo/plate_view.h"
+#include <glm/glm.hpp>
 
-namespace camrig::photo {
+#include "core/base/result.h"
+
+namespace camrig::daylight {
 
 /// Where the sun stands, radians: azimuth from north through east, elevation over the horizon.
 struct SunPlace {
@@ -25,17 +26,4 @@ glm::dvec3 light_direction(const SunPlace& sun, double north);
 /// The inverse.
 SunPlace sun_of(const glm::dvec3& light_direction, double north);
 
-/// A thing that stands upright on level ground, and the tip of its shadow there.
-struct Shadow {
-    glm::dvec2 top_px{0.0}, foot_px{0.0}, tip_px{0.0};
-    double z = 0.0;
-};
-struct ShadowSun {
-    glm::dvec3 light_direction{0.0};
-    double height_m = 0.0;       ///< of the thing
-    double deviation_rad = 0.0;  ///< of the direction, for a click error of one pixel
-};
-/// Errors: over the horizon, no shadow to speak of, a tip that lies before the thing as seen from the sun.
-Result<ShadowSun> sun_of_shadow(const PlateView& view, const Shadow& shadow);
-
-}  // namespace camrig::photo
+}  // namespace camrig::daylight

@@ -1,0 +1,112 @@
+#include "core/world/scene_base.h"
+
+#include <algorithm>
+
+#include "core/base/json_reader.h"
+#include "core/world/gltf/failure.h"
+#include "core/world/gltf/resources.h"
+#include "core/world/scene_reader.h"
+#include "core/world/shipped.h"
+
+namespace camrig::world {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t max_bases = 8;
+
+bool is_named_list(const json& value) {
+    return value.is_array() && std::ranges::all_of(value, [](const json& item) {
+               return item.is_object() && item.contains("name") && item["name"].is_string();
+           });
+}
+
+void put_over(json& base, const json& change);
+
+void put_over_list(json& base, const json& change) {
+    for (const json& item : change) {
+        const auto same = std::ranges::find(base, item["name"], [](const json& one) { return one["name"]; });
+        if (same == base.end())
+            base.push_back(item);
+        else
+            put_over(*same, item);
+    }
+}
+
+void put_over(json& base, const json& change) {
+    for (const auto& [key, value] : change.items()) {
+        if (value.is_null()) {
+            base.erase(key);
+        } else if (json& kept = base[key]; kept.is_object() && value.is_object()) {
+            put_over(kept, value);
+        } else if (!kept.empty() && is_named_list(kept) && is_named_list(value)) {
+            put_over_list(kept, value);
+        } else {
+            kept = value;
+        }
+    }
+}
+
+/// Models of a shipped scene, for a file that lies elsewhere.
+void name_as_shipped(json& document) {
+    const auto models = document.find("models");
+    if (models == document.end() || !models->is_object()) return;
+    for (auto& [name, model] : models->items()) {
+        const auto file = model.is_object() ? model.find("file") : model.end();
+        if (!model.is_object() || file == model.end() || !file->is_string()) continue;
+        const auto text = file->get<std::string>();
+        if (!text.starts_with(shipped_prefix)) *file = std::string(shipped_prefix) + text;
+    }
+}
+
+Result<std::filesystem::path> base_file(const json& named, const std::filesystem::path& file) {
+    if (!named.is_string()) return error(ErrorKind::invalid_argument, "base: expected a string");
+    const auto text = named.get<std::string>();
+    if (text.starts_with(shipped_prefix)) {
+        auto found = find_scene(text.substr(shipped_prefix.size()));
+        if (!found) return at("base", found.error());
+        return found;
+    }
+    if (!leads_below(text) || text.find('/') != std::string::npos || !text.ends_with(".json"))
+        return error(ErrorKind::invalid_argument,
+                     "base: must be a .json file of the same folder, or camrig: and the name of a shipped scene");
+    return file.parent_path() / text;
+}
+
+}  // namespace
+
+Result<json> read_scene_document(const std::filesystem::path& file) {
+    std::vector<std::byte> bytes;
+    try {
+        bytes = gltf::read_file(file, max_scene_bytes);
+    } catch (const gltf::Failure& failure) {
+        return std::unexpected(failure.error);
+    }
+    return parse_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()}, max_scene_bytes);
+}
+
+Result<BasedScene> on_its_base(json document, const std::filesystem::path& file) {
+    BasedScene made;
+    std::vector<json> changes;
+    for (std::filesystem::path at = file; document.is_object() && document.contains("base");) {
+        if (made.bases.size() == max_bases)
+            return error(ErrorKind::invalid_argument,
+                         "base: more than " + std::to_string(max_bases) + " files stand on each other");
+        const auto below = base_file(document["base"], at);
+        if (!below) return std::unexpected(below.error());
+        const bool is_shipped = document["base"].get<std::string>().starts_with(shipped_prefix);
+        auto read = read_scene_document(*below);
+        if (!read) return camrig::at("base", read.error());
+        if (is_shipped) name_as_shipped(*read);
+        document.erase("base");
+        changes.push_back(std::move(document));
+        document = std::move(*read);
+        at = *below;
+        made.bases.push_back(*below);
+    }
+    for (auto change = changes.rbegin(); change != changes.rend(); ++change) put_over(document, *change);
+    made.document = std::move(document);
+    return made;
+}
+
+}  // namespace camrig::world
