@@ -39,6 +39,13 @@ std::vector<Method> event_methods(RpcContext& context) {
                                                             .doc = "longest wait; then the list is empty",
                                                             .fallback = "10",
                                                             .range = {0.0, longest_wait_s}})};
+    FieldOf<world::EventSpec> actions = world::actions_field();
+    actions.field.required = true;
+    const auto read_act = [actions](JsonReader& reader) -> Result<engine::Act> {
+        auto read = read_all(std::vector{actions}, reader);
+        if (!read) return std::unexpected(read.error());
+        return engine::Act{std::move(read->actions)};
+    };
     return {
         {.name = "event.list",
          .summary = "All events, in the order they were added.",
@@ -57,6 +64,16 @@ std::vector<Method> event_methods(RpcContext& context) {
          .errors = {invalid_argument, already_exists, not_found, resource_exhausted},
          .handler = handler_of(context, read_added, change_json<world::EventReport>),
          .example = R"({"name": "alarm", "when": {"every_s": 60}, "do": [{"action": "user", "data": {"level": 2}}]})"},
+        {.name = "event.act",
+         .summary =
+             "Does at once what an event's actions do: switches a light, changes the surroundings, sends an actor "
+             "somewhere. Where a name is unknown nothing is done; another error names the action, and those "
+             "before it are done.",
+         .params = {actions.field},
+         .result = {{"applied_ns", "integer", "world time from which it shows", false, "ns"}},
+         .errors = {invalid_argument, not_found, resource_exhausted},
+         .handler = handler_of(context, read_act, applied_json),
+         .example = R"({"do": [{"action": "environment", "daylight": {"azimuth_deg": 250, "elevation_deg": 8}}]})"},
         remove_method<engine::RemoveEvent>(context, "event", "Removes an event; what it has done stays.", "alarm"),
         {.name = "event.wait",
          .summary =

@@ -10,7 +10,7 @@ namespace camrig::daylight {
 namespace {
 
 using std::numbers::pi;
-constexpr double deg = pi / 180.0;
+constexpr double degree = pi / 180.0;
 /// Of the sun before the air.
 constexpr double solar_lux = 133.8e3;
 constexpr double night_lux = 2e-3;
@@ -49,7 +49,7 @@ double clear_lux(double elevation_deg) {
 }
 
 double air_mass(double elevation_deg) {
-    return 1.0 / (portable::sin(elevation_deg * deg) + 0.50572 * power(elevation_deg + 6.07995, -1.6364));
+    return 1.0 / (portable::sin(elevation_deg * degree) + 0.50572 * power(elevation_deg + 6.07995, -1.6364));
 }
 double rayleigh_depth(double m) {
     if (m > 20.0) return 1.0 / (10.4 + 0.718 * m);
@@ -105,8 +105,8 @@ Sky::Sky(const glm::dvec3& to_sun, const Air& air) : to_sun_(to_sun) {
          {-0.0167 * t - 0.2608, -0.0950 * t + 0.0092, -0.0079 * t + 0.2102, -0.0441 * t - 1.6537,
           -0.0109 * t + 0.0529}}};
     // The model ends at the horizon: in twilight the sky looks as with the sun there, and only becomes darker.
-    const double elevation_deg = 90.0 - angle_of(to_sun.z) / deg;
-    const double sun_zenith = std::min(angle_of(to_sun.z), 89.0 * deg), cos_sun_zenith = portable::cos(sun_zenith);
+    const double elevation_deg = 90.0 - angle_of(to_sun.z) / degree;
+    const double sun_zenith = std::min(angle_of(to_sun.z), 89.0 * degree), cos_sun_zenith = portable::cos(sun_zenith);
     constexpr std::array<std::array<double, 4>, 3> x_zenith{{{0.00166, -0.00375, 0.00209, 0.0},
                                                              {-0.02903, 0.06377, -0.03202, 0.00394},
                                                              {0.11693, -0.21196, 0.06052, 0.25886}}};

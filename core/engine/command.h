@@ -264,6 +264,11 @@ struct RemoveEvent {
     using Reply = Applied;
     std::string name;
 };
+/// Does at once what an event's actions do.
+struct Act {
+    using Reply = Applied;
+    std::vector<world::Action> actions;
+};
 /// Answers when an event has fired after number `since`, or when the time is over.
 struct WaitEvents {
     using Reply = EventLog;
@@ -327,16 +332,16 @@ using Command =
                  Request<LoadWorld>, Request<GetWorld>, Request<PauseWorld>, Request<ResumeWorld>, Request<StepWorld>,
                  Request<ListActors>, Request<SpawnActor>, Request<RemoveActor>, Request<SetActor>,
                  Request<SteerActors>, Request<SpawnObject>, Request<SetObject>, Request<RemoveObject>,
-                 Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>, Request<WaitEvents>, Request<GetInstant>,
-                 Request<GetStats>, Request<GetTruth>, Request<SetLimit>, Request<GetDigest>>;
+                 Request<ListEvents>, Request<AddEvent>, Request<RemoveEvent>, Request<Act>, Request<WaitEvents>,
+                 Request<GetInstant>, Request<GetStats>, Request<GetTruth>, Request<SetLimit>, Request<GetDigest>>;
 
 template <typename C, typename... Of>
 concept OneOf = (std::same_as<C, Of> || ...);
 /// What changes the world or the cameras, and may say at what world time.
 template <typename C>
-concept Timed =
-    OneOf<C, CreateCamera, SetCamera, DeleteCamera, MovePtz, PtzPresets, PtzTours, StopPtz, SetFault, ClearFaults,
-          SpawnActor, RemoveActor, SetActor, SteerActors, SpawnObject, SetObject, RemoveObject, AddEvent, RemoveEvent>;
+concept Timed = OneOf<C, CreateCamera, SetCamera, DeleteCamera, MovePtz, PtzPresets, PtzTours, StopPtz, SetFault,
+                      ClearFaults, SpawnActor, RemoveActor, SetActor, SteerActors, SpawnObject, SetObject, RemoveObject,
+                      AddEvent, RemoveEvent, Act>;
 /// What the command log has beside these, with the time at which it was done.
 template <typename C>
 concept Logged = Timed<C> || OneOf<C, LoadWorld, PauseWorld, ResumeWorld, StepWorld>;

@@ -127,6 +127,12 @@ Result<Applied> WorldDesk::run(RemoveEvent& command) {
     return Applied{world.last_step_ns()};
 }
 
+Result<Applied> WorldDesk::run(Act& command) {
+    world::World& world = world_of_now();
+    if (auto done = world.act(command.actions); !done) return std::unexpected(done.error());
+    return Applied{world.last_step_ns()};
+}
+
 void WorldDesk::wait_events(Request<WaitEvents>& request) {
     collect();
     const WaitEvents& wait = request.command;

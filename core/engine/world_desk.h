@@ -24,6 +24,7 @@ public:
     Result<Applied> run(RemoveObject& command);
     Result<std::vector<world::EventReport>> run(ListEvents& command);
     Result<EventChange> run(AddEvent& command);
+    Result<Applied> run(Act& command);
     Result<Applied> run(RemoveEvent& command);
     void wait_events(Request<WaitEvents>& request);
     /// Answers those for whom an event has fired or whose time is over.

@@ -43,6 +43,7 @@ public:
     std::vector<EventReport> events() const override { return events_.reports(); }
     Result<EventReport> add_event(const EventSpec& spec) override;
     Result<void> remove_event(const std::string& name) override;
+    Result<void> act(const std::vector<Action>& actions) override;
     std::vector<EventRecord> take_records() override { return std::exchange(records_, {}); }
     std::vector<CameraMove> take_camera_moves() override { return std::exchange(camera_moves_, {}); }
     std::vector<Departure> take_departures() override { return std::exchange(departures_, {}); }
@@ -100,6 +101,7 @@ private:
     Result<void> change_mover(Mover& mover, const ObjectPatch& patch);
 
     // world_events.cpp
+    void keep(EventRecord record);
     void run_events();
     std::vector<Witness> witnesses();
     /// The static set to change: a new one, snapshots keep theirs.

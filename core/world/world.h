@@ -83,6 +83,9 @@ public:
     virtual std::vector<EventReport> events() const = 0;
     virtual Result<EventReport> add_event(const EventSpec& spec) = 0;
     virtual Result<void> remove_event(const std::string& name) = 0;
+    /// Does at the last step what an event would; its record is that of an event `event.act`. Nothing is done where
+    /// a name is unknown; another error names the action (do[i]), and those before it are done.
+    virtual Result<void> act(const std::vector<Action>& actions) = 0;
 
     /// The events that have fired since the last call; when there are very many, the newest of them.
     virtual std::vector<EventRecord> take_records() = 0;

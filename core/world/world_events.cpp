@@ -196,11 +196,29 @@ void SceneWorld::run_events() {
             const auto done = std::visit(ActionRun{*this, record}, firing.spec->actions[i]);
             if (!done) record.errors.push_back("do[" + std::to_string(i) + "]: " + done.error().message);
         }
-        record.sequence = ++record_count_;
-        if (records_.size() >= max_records) records_.erase(records_.begin(), records_.begin() + max_records / 2);
-        records_.push_back(std::move(record));
+        keep(std::move(record));
         for (auto& next : events_.after(firing, now_ns_)) firings.push_back(std::move(next));
     }
+}
+
+void SceneWorld::keep(EventRecord record) {
+    record.sequence = ++record_count_;
+    if (records_.size() >= max_records) records_.erase(records_.begin(), records_.begin() + max_records / 2);
+    records_.push_back(std::move(record));
+}
+
+Result<void> SceneWorld::act(const std::vector<Action>& actions) {
+    thread_.check();
+    const EventSpec now{.name = {}, .when = AtTime{now_ns_}, .actions = actions};
+    if (auto good = check_event(now, known_names(), ""); !good) return good;
+    EventRecord record;
+    record.world_ns = now_ns_;
+    record.event = "event.act";
+    for (std::size_t i = 0; i < actions.size(); ++i)
+        if (auto done = std::visit(ActionRun{*this, record}, actions[i]); !done)
+            return at("do[" + std::to_string(i) + "]", done.error());
+    keep(std::move(record));
+    return {};
 }
 
 Result<EventReport> SceneWorld::add_event(const EventSpec& spec) {

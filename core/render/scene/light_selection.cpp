@@ -55,8 +55,10 @@ LightSet select_lights(std::span<const world::Light> lights, float exposure, con
         candidates.push_back({bright / std::max(distance * distance, 1e-6), index, false});
     }
     if (candidates.size() > max_lights_per_draw) {
-        std::ranges::stable_sort(candidates,
-                                 [](const Candidate& a, const Candidate& b) { return a.strength > b.strength; });
+        // The sun shines on all of what lamps may light in one place.
+        std::ranges::stable_sort(candidates, [](const Candidate& a, const Candidate& b) {
+            return a.directional != b.directional ? a.directional : a.strength > b.strength;
+        });
         candidates.resize(max_lights_per_draw);
     }
     std::ranges::sort(candidates, [](const Candidate& a, const Candidate& b) {

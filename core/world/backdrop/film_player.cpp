@@ -14,7 +14,7 @@ namespace {
 constexpr std::int64_t max_held_bytes = std::int64_t{128} << 20;
 constexpr std::size_t max_asked = 4;
 /// Instants farther apart say nothing of the next one.
-constexpr TimeNs max_step_ns = 10 * ns_per_s;
+constexpr TimeNs max_picture_ns = 10 * ns_per_s;
 
 }  // namespace
 
@@ -54,7 +54,7 @@ const FilmPlayer::Held* FilmPlayer::held(std::int64_t frame) const {
 void FilmPlayer::ask_for(TimeNs world_ns) {
     if (!asked_.empty()) {
         const TimeNs step_ns = world_ns - asked_.back().world_ns;
-        if (step_ns > 0 && step_ns <= max_step_ns) step_ns_ = step_ns;
+        if (step_ns > 0 && step_ns <= max_picture_ns) step_ns_ = step_ns;
     }
     if (step_ns_ == 0) step_ns_ = rate_.period_ns();
     ahead_.clear();

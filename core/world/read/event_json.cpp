@@ -260,6 +260,15 @@ const std::vector<Kind<Action>>& action_kinds() {
     return kinds;
 }
 
+FieldOf<EventSpec> actions_field() {
+    return list_at<&EventSpec::actions>(
+        {.name = "do",
+         .doc = "actions, done in this order; at most 64",
+         .fallback = "[]",
+         .schema = R"({"type": "array", "items": {"$ref": "#/$defs/action"}, "maxItems": 64})"},
+        max_event_actions, read_action);
+}
+
 FieldTable<EventSpec> fields_of(std::type_identity<EventSpec>) {
     static const std::vector<FieldOf<EventSpec>> table{
         name_at<&EventSpec::name>({.name = "name", .doc = "unique among events", .required = true}),
@@ -268,12 +277,7 @@ FieldTable<EventSpec> fields_of(std::type_identity<EventSpec>) {
                                      .required = true,
                                      .schema = R"({"$ref": "#/$defs/trigger"})"},
                                     read_trigger),
-        list_at<&EventSpec::actions>(
-            {.name = "do",
-             .doc = "actions, done in this order; at most 64",
-             .fallback = "[]",
-             .schema = R"({"type": "array", "items": {"$ref": "#/$defs/action"}, "maxItems": 64})"},
-            max_event_actions, read_action),
+        actions_field(),
         field_at<&EventSpec::limit>(
             {.name = "limit", .doc = "how often it fires at most; 0: any number", .range = {.low = 0.0}})};
     return table;

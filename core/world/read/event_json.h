@@ -20,5 +20,7 @@ FieldTable<EventReport> fields_of(std::type_identity<EventReport>);
 /// The keys of an event, in scene files and in event.add; errors carry the JSON path. Names are not looked up here:
 /// check_event() does that. `reader` is finished.
 Result<EventSpec> read_event(JsonReader& reader);
+/// Its `do` alone.
+FieldOf<EventSpec> actions_field();
 
 }  // namespace camrig::world

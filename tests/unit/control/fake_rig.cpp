@@ -309,6 +309,11 @@ Result<engine::EventChange> FakeRig::run(engine::AddEvent& command) {
                                10};
 }
 
+Result<engine::Applied> FakeRig::run(engine::Act& command) {
+    if (command.actions.empty()) return error(ErrorKind::invalid_argument, "do: is empty");
+    return engine::Applied{10};
+}
+
 Result<engine::Applied> FakeRig::run(engine::RemoveEvent&) {
     return engine::Applied{10};
 }

@@ -65,6 +65,7 @@ private:
     Result<engine::Applied> run(engine::RemoveObject& command);
     Result<std::vector<world::EventReport>> run(engine::ListEvents&);
     Result<engine::EventChange> run(engine::AddEvent& command);
+    Result<engine::Applied> run(engine::Act& command);
     Result<engine::Applied> run(engine::RemoveEvent& command);
     Result<engine::EventLog> run(engine::WaitEvents& command);
     Result<stream::RigReport> run(engine::GetStats&);

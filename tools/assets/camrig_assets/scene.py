@@ -5,7 +5,13 @@ import json
 from .glb import number
 
 
+#: Written as null; None is not written.
+NULL = object()
+
+
 def _clean(value):
+    if value is NULL:
+        return None
     if isinstance(value, (bool, str)) or value is None:
         return value
     if isinstance(value, dict):

@@ -1,9 +1,11 @@
 """A street with lanes, a raised crossing with lights, parked and driving cars, people and a drone, by day."""
 
+import math
+
 from . import shapes
 from .glb import Glb
 from .people.cast import CAST
-from .scene import Scene
+from .scene import NULL, Scene
 from .town import fittings, surfaces, vehicles
 from .town.buildings import Row
 from .town.builder import Builder, block, post, slab, to_file
@@ -40,6 +42,7 @@ WALKWAY = [
     (-46, -9.1), (46, -9.1), (46, -5.6), (6.6, -5.6), (6.6, -3.9), (1.8, -3.9), (1.8, 3.9), (6.6, 3.9), (6.6, 5.6), (46, 5.6),
     (46, 9.1), (-46, 9.1), (-46, 5.6), (-6.6, 5.6), (-6.6, 3.9), (-1.8, 3.9), (-1.8, -3.9), (-6.6, -3.9), (-6.6, -5.6), (-46, -5.6),
 ]  # fmt: skip
+LAMP_COLOUR = (1.0, 0.82, 0.58)
 PERIOD_S, FIRST_RED_S, WALK_AFTER_S, GREEN_AFTER_S = 40, 4, 4, 21
 
 
@@ -172,6 +175,15 @@ def _light(name, colour, height):
     return glb.bytes()
 
 
+def _lamp_glow():
+    """What shines below the head of a lit street lamp (fittings.lamp); origin at the middle of its head."""
+    glb = Glb("lamp_glow")
+    material = glb.material("lamp_glow", base=LAMP_COLOUR, unlit=True)
+    mesh = block((-0.2, -0.2, -0.085), (0.2, 0.2, -0.065))
+    glb.node("lamp_glow", mesh=glb.mesh("lamp_glow", [glb.primitive(mesh.positions, mesh.normals, mesh.triangles, material)]))
+    return glb.bytes()
+
+
 STOP_AT = (-3.9, -LANE_Y)  # of the eastern lane; the western one's is opposite
 STOP_TO_SIGNAL = (SIGNALS[0][0] - STOP_AT[0], SIGNALS[0][1] - STOP_AT[1], 0)
 
@@ -236,6 +248,32 @@ def _people(scene):
         )  # fmt: skip
 
 
+def _lamp_heads():
+    return [(x, y - math.copysign(1.2, y), 5.74) for x, y in LAMPS]
+
+
+def _lamp_lights(scene, intensity):
+    """The lamps' light; off by day. They shine from below the head of fittings.lamp."""
+    for k, (x, y, z) in enumerate(_lamp_heads()):
+        scene.light(f"lamp_{k + 1}", "spot", color=LAMP_COLOUR, intensity=intensity, position=(x, y, z - 0.14), direction=(0, 0, -1), inner_cone_deg=35, outer_cone_deg=72)
+
+
+def _variant(name, description, lux, daylight, exposure, lamp_cd):
+    """The street at another time: what differs from `street`. `lux`: illuminance that is drawn as white at exposure 1."""
+    scene = Scene(name, description, seed=1)
+    scene.data["base"] = "street.json"
+    scene.data["environment"] = {"ambient": NULL, "background": NULL, "lux": lux, "daylight": daylight, "exposure": exposure}
+    scene.data["models"] = {"sky": {"shape": "sky"}}
+    scene.object("sky", "sky", "sky")
+    if lamp_cd > 0:
+        scene.model("lamp_glow", "street/lamp_glow.glb")
+        scene.data["lights"] = [{"name": f"lamp_{k + 1}", "intensity": lamp_cd / lux} for k in range(len(LAMPS))]
+        # Actors, which are in nobody's way: baked light is of the objects, and is that of the street.
+        for k, head in enumerate(_lamp_heads()):
+            scene.actor(f"lamp_glow_{k + 1}", "lamp_glow", "light", {"type": "stand"}, head)
+    return scene.text()
+
+
 def scene():
     scene = Scene("street", "A street by day: cars in two lanes, a crossing with lights, people, and a drone above.", seed=1)
     scene.environment(background=(0.50, 0.68, 0.93), sky=(0.74, 0.80, 0.90), ground=(0.40, 0.37, 0.33), exposure=1.0)
@@ -249,6 +287,7 @@ def scene():
         # An object stands as its file has it: ahead is world -y.
         scene.object(f"parked_{k + 1}", name, "car", (x, side * 4.35, ROAD_Z), yaw_deg=90 * -side)
     scene.light("sun", "directional", color=(1, 0.95, 0.86), intensity=0.95, direction=(0.45, 0.50, -0.85))
+    _lamp_lights(scene, 0.0)
     scene.route("lane_east", [(x, y, ROAD_Z) for x, y in LANE], closed=True)
     scene.route("lane_west", [(-x, -y, ROAD_Z) for x, y in LANE], closed=True)
     scene.route(
@@ -280,11 +319,23 @@ def scene():
     return scene.text()
 
 
+def variants():
+    return {
+        "street-noon.json": _variant("street noon", "The street in the sun of noon.", 100e3, {"azimuth_deg": 150, "elevation_deg": 52}, 1.3, 0),
+        "street-evening.json": _variant(
+            "street evening", "The street in the last sun, its lamps just lit.", 10e3, {"azimuth_deg": 256, "elevation_deg": 7}, 1.0, 3000
+        ),
+        "street-night.json": _variant("street night", "The street by its lamps.", 100, {"azimuth_deg": 300, "elevation_deg": -9}, 1.5, 3000),
+    }
+
+
 def files():
     return {
         "street.json": scene(),
+        **variants(),
         "street/street.glb": model(),
         "street/red_light.glb": _light("red_light", (1.0, 0.05, 0.03), 3.15),
         "street/green_light.glb": _light("green_light", (0.05, 0.95, 0.35), 2.55),
+        "street/lamp_glow.glb": _lamp_glow(),
         **vehicles.files(),
     }
