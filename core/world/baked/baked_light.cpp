@@ -147,8 +147,8 @@ std::uint64_t light_key(const Scene& scene) {
     for (const Light& light : scene.lights) {
         key.add(light.type);
         key.add(light.position);
-        // By day the sun moves on; what was reflected of it is taken for what is.
-        if (!(scene.environment.daylight && light.name == sun_name)) key.add(light.direction);
+        // The sun moves on; what was reflected of it is taken for what is.
+        if (light.name != sun_name) key.add(light.direction);
         key.add(light.range);
         key.add(light.inner_cone_rad);
         key.add(light.outer_cone_rad);

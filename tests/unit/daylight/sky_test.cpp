@@ -8,16 +8,16 @@
 namespace camrig::daylight {
 namespace {
 
-constexpr double deg = std::numbers::pi / 180.0;
+constexpr double degree = std::numbers::pi / 180.0;
 
 glm::dvec3 at_elevation(double degrees) {
-    return {std::cos(degrees * deg), 0.0, std::sin(degrees * deg)};
+    return {std::cos(degrees * degree), 0.0, std::sin(degrees * degree)};
 }
 double lux(const glm::dvec3& rgb) {
     return glm::dot(rgb, glm::dvec3(0.2126, 0.7152, 0.0722));
 }
 double level_lux(const Sky& sky, double elevation_deg) {
-    return lux(sky.sky_lux()) + lux(sky.sun_lux()) * std::max(0.0, std::sin(elevation_deg * deg));
+    return lux(sky.sky_lux()) + lux(sky.sun_lux()) * std::max(0.0, std::sin(elevation_deg * degree));
 }
 
 // What twilight is said to be: half a day's readings of the literature, to the accuracy that they agree among
@@ -87,7 +87,7 @@ TEST(Sky, IsBlueOverheadAndPaleAtTheHorizon) {
 TEST(Sky, CloudsHideTheSunAndAreBrightestOverhead) {
     const Sky sky(at_elevation(60), {.overcast = 1.0});
     EXPECT_EQ(lux(sky.sun_lux()), 0.0);
-    EXPECT_NEAR(lux(sky.sky_lux()), 300.0 + 21000.0 * std::sin(60 * deg), 1.0);
+    EXPECT_NEAR(lux(sky.sky_lux()), 300.0 + 21000.0 * std::sin(60 * degree), 1.0);
     EXPECT_NEAR(sky.from({0, 0, 1}).g / sky.from({1, 0, 0}).g, 3.0, 1e-9);
     EXPECT_EQ(sky.from({0, 0, 1}).r, sky.from({0, 0, 1}).b);
     EXPECT_LT(level_lux({at_elevation(-4), {.overcast = 1.0}}, -4), level_lux({at_elevation(-4), {}}, -4));

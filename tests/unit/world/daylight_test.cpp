@@ -1,0 +1,189 @@
+#include <filesystem>
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/world/daylit.h"
+#include "core/world/scene.h"
+#include "tests/unit/world/world_fixture.h"
+
+namespace camrig::world {
+namespace {
+
+using namespace world_test;
+using nlohmann::json;
+using testing::HasSubstr;
+
+/// A scene file in a folder of its own.
+std::filesystem::path written(const json& scene, const char* name = "scene.json") {
+    const auto folder = std::filesystem::path(testing::TempDir()) / "daylight";
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / name) << scene;
+    return folder / name;
+}
+json by_day(json daylight) {
+    return {{"camrig_scene", 1},
+            {"name", "day"},
+            {"environment", {{"daylight", std::move(daylight)}}},
+            {"models", {{"sky", {{"shape", "sky"}}}, {"box", {{"shape", "box"}}}}},
+            {"objects", {{{"name", "sky"}, {"model", "sky"}}, {{"name", "box"}, {"model", "box"}}}}};
+}
+glm::vec3 zenith_of(const Model& sky) {
+    const Primitive& sphere = sky.meshes[0].primitives[0];
+    const auto top = std::ranges::max_element(sphere.positions, {}, &glm::vec3::y) - sphere.positions.begin();
+    return glm::vec3(sphere.colors[static_cast<std::size_t>(top)]);
+}
+
+TEST(Daylight, MakesTheSunTheSkyAndTheBackgroundInLux) {
+    const auto scene = load_scene(written(by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}})));
+    ASSERT_TRUE(scene) << scene.error().message;
+    ASSERT_EQ((*scene)->lights.size(), 1u);
+    const Light& sun = (*scene)->lights[0];
+    EXPECT_EQ(sun.name, "sun");
+    EXPECT_EQ(sun.type, LightType::directional);
+    EXPECT_LT(glm::distance(sun.direction, glm::dvec3(-0.5, 0, -std::sqrt(0.75))), 1e-9) << "in the east, which is x";
+    // About 93 klx face to face, 22 klx of sky: white is 100 klx.
+    EXPECT_NEAR(sun.color.g * sun.intensity, 0.93, 0.03);
+    EXPECT_GT(sun.color.r, sun.color.b);
+    const Environment& around = (*scene)->environment;
+    EXPECT_NEAR(around.ambient_sky.g, 0.22, 0.03);
+    EXPECT_NEAR(around.ambient_ground.g,
+                0.25f * (around.ambient_sky.g + std::sqrt(0.75f) * sun.color.g * sun.intensity), 1e-5);
+    EXPECT_EQ(around.lux, daylight_lux);
+    EXPECT_GT(zenith_of(*(*scene)->models.at("sky").model).b, zenith_of(*(*scene)->models.at("sky").model).r);
+}
+
+TEST(Daylight, OfATimeAndAPlaceIsThatOfTheSunThere) {
+    // Noon of the solstice near 16.4 degrees east: the sun stands in the south, 90 - 48.2 + 23.4 degrees high.
+    const auto scene = load_scene(written(
+        by_day({{"time", "2026-06-21T10:56:00Z"}, {"latitude_deg", 48.2}, {"longitude_deg", 16.4}, {"north_deg", 0}})));
+    ASSERT_TRUE(scene) << scene.error().message;
+    const glm::dvec3 to_sun = -(*scene)->lights[0].direction;
+    EXPECT_NEAR(glm::degrees(std::asin(to_sun.z)), 65.2, 0.2);
+    EXPECT_LT(to_sun.x, -0.4) << "north is x, so the south is behind it";
+    EXPECT_NEAR(to_sun.y, 0.0, 0.02);
+}
+
+TEST(Daylight, TakesTheSunThatIsThereAndLeavesItsLux) {
+    json file = by_day({{"azimuth_deg", 180}, {"elevation_deg", 30}});
+    file["environment"]["lux"] = 20000;
+    file["lights"] = {{{"name", "lamp"}, {"type", "point"}, {"position", {0, 0, 3}}},
+                      {{"name", "sun"}, {"type", "directional"}, {"direction", {0, 0, -1}}, {"intensity", 9}}};
+    file["events"] = {{{"name", "eclipse"},
+                       {"when", {{"at_s", 1}}},
+                       {"do", {{{"action", "light"}, {"light", "sun"}, {"intensity", 0}}}}}};
+    const auto scene = load_scene(written(file));
+    ASSERT_TRUE(scene) << scene.error().message;
+    ASSERT_EQ((*scene)->lights.size(), 2u);
+    EXPECT_NEAR((*scene)->lights[1].direction.z, -0.5, 1e-9);
+    EXPECT_NEAR((*scene)->lights[1].color.g * (*scene)->lights[1].intensity, 77e3 / 20e3, 0.2);
+}
+
+TEST(Daylight, WhatIsWrongIsSaidWhereItIs) {
+    const auto message = [](json daylight) { return load_scene(written(by_day(std::move(daylight)))).error().message; };
+    EXPECT_THAT(message(json::object()), HasSubstr("environment.daylight.azimuth_deg: is missing; or give time"));
+    EXPECT_THAT(message({{"azimuth_deg", 1}, {"elevation_deg", 91}}),
+                HasSubstr("environment.daylight.elevation_deg: "));
+    EXPECT_THAT(message({{"azimuth_deg", 1}, {"elevation_deg", 2}, {"time", "2026-01-01T00:00Z"}}),
+                HasSubstr("give either time or azimuth_deg and elevation_deg"));
+    EXPECT_THAT(message({{"time", "noon"}, {"latitude_deg", 1}, {"longitude_deg", 2}}),
+                HasSubstr("environment.daylight.time: noon: expected a time as 2026-06-21T14:30:00+02:00"));
+    EXPECT_THAT(message({{"time", "2026-01-01T00:00Z"}, {"latitude_deg", 1}}),
+                HasSubstr("environment.daylight.longitude_deg: is missing beside time"));
+    EXPECT_THAT(message({{"azimuth_deg", 1}, {"elevation_deg", 2}, {"turbidity", 1}}), HasSubstr("turbidity: "));
+    json both = by_day({{"azimuth_deg", 1}, {"elevation_deg", 2}});
+    both["environment"]["background"] = {0, 0, 0};
+    EXPECT_THAT(load_scene(written(both)).error().message,
+                HasSubstr("environment.background: is made by environment.daylight; leave one of them out"));
+}
+
+TEST(Daylight, GoesOnByEventsAndAtOnce) {
+    const auto scene = load_scene(written(by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}})));
+    ASSERT_TRUE(scene);
+    auto changed = std::make_shared<Scene>(**scene);
+    changed->events = {event(R"({"name": "dusk", "when": {"at_s": 1}, "do": [{"action": "environment", "exposure": 9,
+                                 "daylight": {"azimuth_deg": 300, "elevation_deg": -3}}]})")};
+    auto world = World::create(changed, 1).value();
+    world->advance_to(0);
+    const auto noon = world->snapshot(0)->statics;
+    world->advance_to(2 * ns_per_s);
+    const auto dusk = world->snapshot(2 * ns_per_s)->statics;
+    EXPECT_EQ(dusk->lights[0].intensity, 0.0f) << "it has set";
+    EXPECT_LT(dusk->environment.ambient_sky.g, 0.01f * noon->environment.ambient_sky.g);
+    EXPECT_EQ(dusk->environment.exposure, 9.0f);
+    EXPECT_LT(zenith_of(*dusk->objects[0].info->model).g, 0.01f * zenith_of(*noon->objects[0].info->model).g);
+    EXPECT_EQ(dusk->objects[0].info->id, noon->objects[0].info->id);
+    EXPECT_EQ(dusk->objects[1].info, noon->objects[1].info) << "nothing but the sky";
+
+    const EventSpec back = event(R"({"name": "x", "when": {"at_s": 99}, "do": [{"action": "environment",
+                                     "daylight": {"azimuth_deg": 90, "elevation_deg": 60}}]})");
+    const StateHash before = world->state_hash();
+    ASSERT_TRUE(world->act(back.actions));
+    EXPECT_NE(world->state_hash().value, before.value);
+    EXPECT_EQ(world->snapshot(2 * ns_per_s)->statics->lights[0].intensity, noon->lights[0].intensity);
+}
+
+TEST(Act, DoesWhatAnEventWouldOrNothingWhereANameIsUnknown) {
+    auto scene = empty_scene();
+    auto world = World::create(scene, 1).value();
+    world->advance_to(ns_per_s);
+    const auto actions = [](const char* text) {
+        return event((std::string(R"({"name": "x", "when": {"at_s": 99}, "do": )") + text + "}").c_str()).actions;
+    };
+    ASSERT_TRUE(world->act(actions(R"([{"action": "light", "light": "lamp", "intensity": 0.5},
+                                       {"action": "user", "data": 7}])")));
+    EXPECT_EQ(world->snapshot(ns_per_s)->statics->lights[0].intensity, 0.5f);
+    const auto records = world->take_records();
+    ASSERT_EQ(records.size(), 1u);
+    EXPECT_EQ(records[0].event, "event.act");
+    EXPECT_THAT(records[0].data, testing::ElementsAre("7"));
+
+    const auto refused = world->act(actions(R"([{"action": "light", "light": "lamp", "intensity": 3},
+                                                {"action": "light", "light": "lump", "intensity": 3}])"));
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message, HasSubstr("do[1].light: no light 'lump'"));
+    EXPECT_EQ(world->snapshot(ns_per_s)->statics->lights[0].intensity, 0.5f) << "nothing was done";
+    EXPECT_TRUE(world->take_records().empty());
+}
+
+TEST(SceneBase, SaysOnlyWhatIsOtherwise) {
+    json base = by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}});
+    base["lights"] = {{{"name", "lamp"}, {"type", "point"}, {"position", {0, 0, 3}}, {"intensity", 0}},
+                      {{"name", "other"}, {"type", "point"}, {"position", {1, 0, 3}}}};
+    written(base, "base.json");
+    const auto scene = load_scene(written({{"camrig_scene", 1},
+                                           {"name", "night"},
+                                           {"base", "base.json"},
+                                           {"environment", {{"daylight", nullptr}, {"exposure", 3}}},
+                                           {"lights", {{{"name", "lamp"}, {"intensity", 30}}}},
+                                           {"objects", {{{"name", "second"}, {"model", "box"}}}}},
+                                          "night.json"));
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ((*scene)->name, "night");
+    EXPECT_EQ((*scene)->environment.exposure, 3.0f);
+    EXPECT_FALSE((*scene)->environment.daylight);
+    ASSERT_EQ((*scene)->lights.size(), 2u) << "no sun";
+    EXPECT_EQ((*scene)->lights[0].intensity, 30.0f);
+    EXPECT_EQ((*scene)->lights[0].position.z, 3.0);
+    EXPECT_EQ((*scene)->lights[1].intensity, 1.0f);
+    ASSERT_EQ((*scene)->objects.size(), 3u);
+    EXPECT_EQ((*scene)->objects[2].name, "second");
+}
+
+TEST(SceneBase, IsAShippedSceneOrAFileOfTheFolder) {
+    const auto on = [](const char* base) {
+        return load_scene(written({{"camrig_scene", 1}, {"name", "x"}, {"base", base}}, "on.json"));
+    };
+    const auto shipped = on("camrig:minimal");
+    ASSERT_TRUE(shipped) << shipped.error().message;
+    EXPECT_FALSE((*shipped)->models.empty());
+    EXPECT_EQ((*shipped)->bases.at(0).filename(), "minimal.json");
+    EXPECT_THAT(on("camrig:minmal").error().message, HasSubstr("on.json: base: minmal: no scene of this name"));
+    EXPECT_THAT(on("../scene.json").error().message, HasSubstr("base: must be a .json file of the same folder"));
+    EXPECT_THAT(on("missing.json").error().message, HasSubstr("missing.json: no such file"));
+    EXPECT_THAT(on("on.json").error().message, HasSubstr("base: more than 8 files stand on each other"));
+}
+
+}  // namespace
+}  // namespace camrig::world
