@@ -152,6 +152,10 @@ Applied<EventState> Rig::add_event(const std::string& name, const json& when, co
     return read_applied<EventState>("event", connections_->call("event.add", params));
 }
 
+std::int64_t Rig::act(const json& actions) const {
+    return connections_->call("event.act", {{"do", actions}}).value("applied_ns", std::int64_t{0});
+}
+
 void Rig::remove_event(const std::string& name) const {
     connections_->call("event.remove", {{"name", name}});
 }

@@ -50,8 +50,8 @@ void apply_daylight(Environment& environment, std::vector<Light>& lights) {
     }
     sun->type = LightType::directional;
     sun->direction = light_direction(spec);
-    const double brightest = std::max({sky.sun_lux().r, sky.sun_lux().g, sky.sun_lux().b, 1e-9});
-    sun->color = glm::vec3(sky.sun_lux() / brightest);
+    const double brightest = std::max({sky.sun_lux().r, sky.sun_lux().g, sky.sun_lux().b});
+    sun->color = brightest > 0.0 ? glm::vec3(sky.sun_lux() / brightest) : glm::vec3(1.0f);
     sun->intensity = static_cast<float>(brightest * per_lux);
     environment.ambient_sky = glm::vec3(sky.sky_lux() * per_lux);
     const double height = std::max(-sun->direction.z, 0.0);

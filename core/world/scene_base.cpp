@@ -96,7 +96,7 @@ Result<BasedScene> on_its_base(json document, const std::filesystem::path& file)
         if (!below) return std::unexpected(below.error());
         const bool is_shipped = document["base"].get<std::string>().starts_with(shipped_prefix);
         auto read = read_scene_document(*below);
-        if (!read) return camrig::at("base", read.error());
+        if (!read) return camrig::at("base: " + below->string(), read.error());
         if (is_shipped) name_as_shipped(*read);
         document.erase("base");
         changes.push_back(std::move(document));

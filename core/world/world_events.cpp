@@ -211,6 +211,7 @@ Result<void> SceneWorld::act(const std::vector<Action>& actions) {
     thread_.check();
     const EventSpec now{.name = {}, .when = AtTime{now_ns_}, .actions = actions};
     if (auto good = check_event(now, known_names(), ""); !good) return good;
+    is_current_ = false;
     EventRecord record;
     record.world_ns = now_ns_;
     record.event = "event.act";

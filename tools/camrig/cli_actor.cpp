@@ -102,6 +102,28 @@ void add_event_add(CLI::App& group, CliContext& context) {
     });
 }
 
+void add_event_act(CLI::App& group, CliContext& context) {
+    auto actions = std::make_shared<std::vector<std::string>>();
+    CLI::App* act = group.add_subcommand("act", "does at once what an event's actions do");
+    act->add_option("ACTION", *actions,
+                    R"(as in `do` of an event: '{"action": "light", "light": "lamp", "intensity": 0}')")
+        ->required();
+    act->callback([actions, &context] {
+        context.action = [actions, &context] {
+            json list = json::array();
+            for (const std::string& text : *actions) {
+                auto action = parse_json(text, text.size());
+                if (!action) return context.fail(at("ACTION", action.error()).error());
+                list.push_back(std::move(*action));
+            }
+            auto done = context.call("event.act", {{"do", std::move(list)}});
+            return done ? context.print(*done,
+                                        "done; it shows from world time " + seconds_text((*done).at("applied_ns")))
+                        : context.fail(done.error());
+        };
+    });
+}
+
 void add_event_wait(CLI::App& group, CliContext& context) {
     struct Options {
         std::uint64_t since = 0;
@@ -150,6 +172,7 @@ void add_event_commands(CLI::App& app, CliContext& context) {
         context.action = [&context] { return list_events(context); };
     });
     add_event_add(*group, context);
+    add_event_act(*group, context);
     add_remove(*group, context, "event.remove");
     add_event_wait(*group, context);
 }

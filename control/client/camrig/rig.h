@@ -76,6 +76,8 @@ public:
     /// A trigger and actions are JSON: {{"enter", "door"}}, and a list of {{"action", "stop"}, {"actor", "anna"}}.
     Applied<EventState> add_event(const std::string& name, const nlohmann::json& when,
                                   const nlohmann::json& actions = nlohmann::json::array(), int limit = 0) const;
+    /// Does at once what an event's actions do; the world time from which it shows.
+    std::int64_t act(const nlohmann::json& actions) const;
     void remove_event(const std::string& name) const;
     /// What has fired after number `since`; waits up to `timeout` for one.
     EventLog wait_events(std::int64_t since = 0, std::chrono::milliseconds timeout = std::chrono::seconds(10)) const;

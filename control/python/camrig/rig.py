@@ -187,6 +187,10 @@ class Rig:
         """Adds an event; `when` and `do` as in a scene file."""
         return self.call("event.add", name=name, when=dict(when), do=[dict(action) for action in do], limit=limit)
 
+    def act(self, *do: Action) -> dict[str, Any]:
+        """Does at once what an event's actions do: ``rig.act({"action": "light", "light": "lamp", "intensity": 0})``."""
+        return self.call("event.act", do=[dict(action) for action in do])
+
     def remove_event(self, name: str) -> dict[str, Any]:
         return self.call("event.remove", name=name)
 

@@ -128,6 +128,7 @@ TEST(Client, ActorsObjectsEventsAndFaultsHaveTypes) {
     EXPECT_FALSE(rig.object("table").box) << "its model is empty";
 
     EXPECT_EQ(rig.add_event("alarm", {{"at_s", 3}}, nlohmann::json::array(), 2).limit, 2);
+    EXPECT_EQ(rig.act({{{"action", "light"}, {"light", "lamp"}, {"intensity", 0}}}), 10);
     EXPECT_EQ(rig.events().at(0).when, "every_s");
     const client::EventLog log = rig.wait_events(4, std::chrono::seconds(0));
     EXPECT_EQ(log.last, 5);
