@@ -2,6 +2,7 @@
 
 #include "control/rpc/generated_files.h"
 #include "core/base/json_reader.h"
+#include "core/world/scene_reader.h"
 
 // The parts of scenes/schema.json that have tables; the forms of values, and what keys demand of each other where no
 // kind says it, are written by hand.
@@ -115,6 +116,15 @@ ordered_json schema_of(const Field& field) {
     return schema;
 }
 
+/// A scene that stands on another: any part of what a scene has, whose values are seen together with the base's only.
+ordered_json differences_schema() {
+    ordered_json schema = object_schema({.parts = descriptions_of<world::Scene>()});
+    for (const auto& [key, value] : schema["properties"].items())
+        if (value.value("type", "") != "string" && !value.contains("const")) value = ordered_json::object();
+    schema["required"].push_back("base");
+    return schema;
+}
+
 /// Beside the properties that name the kind, one alternative each.
 ordered_json alternatives(const KindsDescription& described) {
     ordered_json all = ordered_json::array();
@@ -142,9 +152,7 @@ Result<std::string> scene_schema(const std::string& present) {
     ordered_json schema = ordered_json::parse(present, nullptr, false);
     if (schema.is_discarded() || !schema.contains("$defs"))
         return error(ErrorKind::invalid_argument, "is not a JSON schema with $defs");
-    const auto part_of = [&](const std::string& name) -> ordered_json& {
-        return name == "scene" ? schema : schema["$defs"][name];
-    };
+    const auto part_of = [&](const std::string& name) -> ordered_json& { return schema["$defs"][name]; };
     ordered_json properties = ordered_json::object();
     for (const Field& field : camera_descriptions()) {
         properties[field.name] =
@@ -157,6 +165,7 @@ Result<std::string> scene_schema(const std::string& present) {
     }
     part_of("camera")["properties"] = std::move(properties);
     for (const auto& [name, fields] : objects_of_scenes()) part_of(name).update(object_schema({.parts = fields}));
+    part_of("differences") = differences_schema();
     for (const KindsDescription& described : kinds_of_scenes())
         part_of(described.name)["oneOf"] = alternatives(described);
     std::string text;

@@ -25,6 +25,9 @@ def shows_something(image):
 def test_every_camera_and_place_of_a_scene_shows_it(name):
     file = REPOSITORY / "scenes" / f"{name}.json"
     text = json.loads(file.read_text())
+    if "base" in text:
+        base = json.loads((file.parent / text["base"]).read_text())
+        text = base | {"actors": base["actors"] + text.get("actors", [])}
     with camrig.start(str(file), mode="lockstep") as rig:
         cameras = rig.cameras()
         assert [camera.name for camera in cameras] == [camera["name"] for camera in text["cameras"]]
