@@ -83,7 +83,7 @@ def read(scene: dict[str, Any], folder: Path) -> Exported:
         surfaces += [_placed(primitive, item) for primitive in files[name] if primitive.material.name != "contact_shadow"]
     return Exported(
         surfaces=_merged(surfaces),
-        lights=[_light(item) for item in scene.get("lights", [])],
+        lights=[_light(item) for item in scene.get("lights", []) if item.get("intensity", 1.0) > 0],
         sky=np.array(ambient.get("sky", (0.5, 0.5, 0.5)), float),
         ground=np.array(ambient.get("ground", (0.3, 0.3, 0.3)), float),
         background=np.array(environment.get("background", (0.6, 0.7, 0.8)), float),
