@@ -14,7 +14,7 @@ from typing import Any, Callable, Iterator
 
 import camrig
 
-from .farm import Farm, digests_at_one_time, log_of, wait_for_all
+from .farm import Farm, digests_at_one_time, wait_for_all
 from .verdicts import Verdicts
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "system"))
@@ -85,8 +85,9 @@ def run(folder: Path, verdicts: Verdicts, *, seconds: float, count: int, seed: i
     checks: list[tuple[int, dict[str, Picture]]] = []  # entry of the log behind which, pictures
     unequal: list[str] = []
     disturbances = list(_DISTURBANCES) if disturb else []
-    slowest_s = 0.0
-    with Farm(folder, "hall", "lockstep") as farm:
+    slowest_s: dict[str, float] = {}  # step, by what was done last
+    happened = "nothing"
+    with Farm(folder, "hall", "lockstep", servers=3 if disturb else 1) as farm:
         people = people_of(farm.rig)
         for method, params in itertools.islice(commands(seed, people, _CAMERAS), _CAMERAS):
             farm.rig.call(method, **params)
@@ -98,7 +99,7 @@ def run(folder: Path, verdicts: Verdicts, *, seconds: float, count: int, seed: i
         for step in itertools.count(1):
             took = time.monotonic()
             farm.rig.step(seconds=_STEP_S, timeout=60)
-            slowest_s = max(slowest_s, time.monotonic() - took)
+            slowest_s[happened] = round(max(slowest_s.get(happened, 0.0), time.monotonic() - took), 2)
             if step % _STEPS_OF_A_CHECK == 0:
                 with clients:
                     numbers = wait_for_all(farm)
@@ -114,13 +115,14 @@ def run(folder: Path, verdicts: Verdicts, *, seconds: float, count: int, seed: i
                     farm.wait_for_nodes()
                 elif disturbances and time.monotonic() - began > due_s:
                     due_s += seconds / (len(_DISTURBANCES) + 1)
-                    undo = disturbances.pop(0)(farm)
+                    happened, do = disturbances.pop(0)
+                    undo = do(farm)
             time.sleep(max(0.0, began + step * _STEP_S - time.monotonic()))
         took_s = time.monotonic() - began
-        entries = log_of(farm)
+        entries = farm.bus.entries()
         nodes = len(set(owners.values()))
     found = {"seconds": round(took_s, 1), "commands": clients.sent, "entries": len(entries), "steps": step, "checks": len(checks), "cameras": len(owners), "nodes": nodes,
-             "pictures": sum(len(shown) for _, shown in checks), "slowest_step_s": round(slowest_s, 3),
+             "pictures": sum(len(shown) for _, shown in checks), "slowest_step_s": slowest_s,
              "unequal_checks": len(unequal), "wrong_stamps": len(wrong_stamps)}
     verdicts.check(f"{name}: all commands were taken", not clients.failed and clients.sent == count, clients.failed[:3] or clients.sent)
     verdicts.check(f"{name}: the state of all nodes was equal at {len(checks)} checks", not unequal, unequal[:2] or "")
@@ -174,10 +176,17 @@ def _stop_node(farm: Farm) -> Callable[[], None]:
 
 def _cut_link(farm: Farm) -> Callable[[], None]:
     victim = farm.nodes[next(name for name in farm.nodes if name != farm.sequencer())]
-    victim.link.set_up(False)
-    timer = threading.Timer(5.0, victim.link.set_up, [True])
+    victim.set_link(False)
+    timer = threading.Timer(5.0, victim.set_link, [True])
     timer.start()
     return timer.join
 
 
-_DISTURBANCES = (_kill_node, _kill_sequencer, _stop_node, _cut_link)
+def _kill_bus(farm: Farm) -> Callable[[], None]:
+    victim = farm.bus.leader()
+    farm.bus.kill(victim)
+    return lambda: farm.bus.start(victim)
+
+
+_DISTURBANCES = (("a node killed", _kill_node), ("the sequencer's node killed", _kill_sequencer), ("a node stopped for 5 s", _stop_node),
+                 ("a node's link down for 5 s", _cut_link), ("the NATS server killed that leads the log, of three", _kill_bus))

@@ -198,7 +198,7 @@ class FakeRig:
         return len(self._waiting)
 
     def request(self, method, params):
-        return {"id": object(), "method": method, "params": params}
+        return {"id": 0, "method": method, "params": params}
 
     def send(self, message):
         answer = asyncio.get_running_loop().create_future()
@@ -210,11 +210,24 @@ class FakeRig:
                 assert one["params"]["at_ns"] > self.limit or one["params"]["at_ns"] == 0, "the world may be past it"
         self.lines += requests
         assert len(self._waiting) < 64, "the rig reads no more"
-        self._waiting.append((answer, requests))
-        while self._waiting and all(one["params"].get("at_ns", 0) <= self.limit for one in self._waiting[0][1]):
-            answered, of = self._waiting.pop(0)
-            answered.set_result([{"id": one["id"], "result": {"world_ns": one["params"].get("at_ns")}} for one in of])
+        self._waiting.append((answer, message))
+        self._answer()
         return answer
+
+    def _answer(self):
+        while self._waiting:
+            answer, message = self._waiting[0]
+            requests = message if isinstance(message, list) else [message]
+            if any(one["params"].get("at_ns", 0) > self.limit for one in requests):
+                return
+            self._waiting.pop(0)
+            replies = [{"id": one["id"], "result": {"world_ns": one["params"].get("at_ns")}} for one in requests if "id" in one]
+            answer.set_result(json.dumps(replies if isinstance(message, list) else replies[0]).encode())
+
+    def tell(self, notification):
+        assert notification["method"] == "world.limit"
+        self.limit = notification["params"]["until_ns"]
+        self._answer()
 
 
 def test_a_rig_is_told_every_command_before_its_world_may_come_to_its_time():

@@ -24,11 +24,13 @@ from .costs import COST_S, Costs
 from .daemon import Daemon, NodeOptions
 from .feed import Feed
 from .log import LEASE_S, RENEW_S, CommandLog, Lease, Subjects, connect
-from .sequencer import Sequencer
+from .roster import REPORT_S
+from .sequencer import MARK_S, Sequencer
 from .wire import Wire
 
-REPORT_S = 0.5
 CLOCK_S = 1.0
+#: Marks come so often while somebody has the lease and the bus is there.
+_QUIET_S = 4 * MARK_S
 #: So many questions to the bus, one after the other, that find no answer: then this node's cameras are others'.
 _MOST_UNANSWERED, _ANSWER_S = 3, LEASE_S / 4
 #: Who leaves goes on so long, for those who read from it to be told of another.
@@ -156,9 +158,9 @@ class Node:
                   "is_sequencer": self.sequencer.is_active, "term": self.lease.term, "leaves": self._leaves, "is_behind": self._is_behind(), **more}
         if offset := self._offset():
             report |= {"clock_ahead_ms": round(offset.ahead_s * 1e3, 3), "clock_bound_ms": round(offset.bound_s * 1e3, 3), "clock_is_off": self._clock_is_off}
-        report |= {"cores": len(os.sched_getaffinity(0)), "costs": self._costs, "moved_by": self.feed.moved_by}
+        report |= {"cores": self.options.cores, "costs": self._costs, "moved_by": self.feed.moved_by}
         if self.sequencer.is_active:
-            report["moved"] = self.feed.moved
+            report |= {"moved": self.feed.moved, "full": sorted(self.sequencer.full)}
         await self.bus.publish(self.subjects.report, json.dumps(report).encode())
 
     def _is_behind(self) -> bool:
@@ -174,10 +176,16 @@ class Node:
 
     async def _keep(self) -> None:
         while not self._leaves:
-            if self.lease.is_held() or self._may_lead():
+            if self.lease.is_held() or self._is_quiet() and self._may_lead():
                 await self.lease.keep()
-            await asyncio.sleep(RENEW_S)
+                await asyncio.sleep(RENEW_S)
+            else:
+                await asyncio.sleep(RENEW_S / 2)
         await asyncio.Event().wait()
+
+    def _is_quiet(self) -> bool:
+        """Whoever marks has the lease, so there is no need to ask for it."""
+        return time.monotonic() - self._heard > _QUIET_S
 
     def _may_lead(self) -> bool:
         """Not with a clock that is not the others', and who has not caught up only if nobody else does."""
@@ -197,10 +205,11 @@ class Node:
         await self.bus.subscribe(own, cb=hear)
         while True:
             heard.clear()
-            # Not Client.flush() with a timeout: a late PONG for one that has timed out ends nats-py's reading (2.16, InvalidStateError).
-            await self.bus.publish(own, b"")
+            if is_quiet := self._is_quiet():
+                # Not Client.flush() with a timeout: a late PONG for one that has timed out ends nats-py's reading (2.16, InvalidStateError).
+                await self.bus.publish(own, b"")
             await asyncio.sleep(_ANSWER_S)
-            self._unanswered = 0 if heard.is_set() else self._unanswered + 1
+            self._unanswered = 0 if heard.is_set() or not is_quiet else self._unanswered + 1
             if self._unanswered == _MOST_UNANSWERED:
                 self._end(_CUT_OFF, "it is cut off from the farm's bus; its rig ends, and it comes back when the bus does")
 
