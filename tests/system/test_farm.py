@@ -208,6 +208,16 @@ def test_who_is_cut_off_shows_no_standing_pictures_and_comes_back(tmp_path):
         assert len(set(live_farm.digests_at_one_time(far).values())) == 1
 
 
+def test_who_waits_for_a_bus_that_has_gone_ends_when_told(tmp_path):
+    with live_farm.Farm(tmp_path, "minimal", nodes=2) as far:
+        far.bus.kill(0)
+        waiting = [far.door_process, *(node.process for node in far.nodes.values())]
+        wait_until(lambda: all("cut off" in node.log.read_text() for node in far.nodes.values()), 20, "nodes to wait for the bus")
+        for process, end in zip(waiting, (signal.SIGTERM, signal.SIGTERM, signal.SIGINT)):
+            process.send_signal(end)
+        assert [process.wait(10) for process in waiting] == [0, 3, 3]
+
+
 def test_who_looks_after_a_command_sees_it_on_every_node(tmp_path):
     """Also on one whose clock, and so its world, is late."""
     with live_farm.Farm(tmp_path, "minimal", nodes=1) as far:

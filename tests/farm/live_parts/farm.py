@@ -95,7 +95,7 @@ class Farm:
         folder.mkdir(parents=True, exist_ok=True)
         self.control = str(folder / "farm.sock")
         self.nodes: dict[str, Node] = {}
-        self._door: subprocess.Popen[Any] | None = None
+        self.door_process: subprocess.Popen[Any] | None = None
         self.bus = Bus(folder, servers)
         try:
             self.door = self._open_door(door_options)
@@ -111,7 +111,7 @@ class Farm:
         """What it says when it is there."""
         read_end, write_end = os.pipe()
         command = [sys.executable, "-m", "camrig.farm", "door", "--nats", self.bus.urls, "--control", self.control, "--ready-fd", str(write_end), *options]
-        self._door = run(command, self.folder / "door.log", env=_ENVIRONMENT, pass_fds=(write_end,))
+        self.door_process = run(command, self.folder / "door.log", env=_ENVIRONMENT, pass_fds=(write_end,))
         os.close(write_end)
         with os.fdopen(read_end) as ready:
             return json.loads(ready.readline())
@@ -134,9 +134,9 @@ class Farm:
                 node.process.send_signal(signal.SIGCONT)
                 node.process.kill()
                 node.process.wait()
-        if self._door:
-            self._door.kill()
-            self._door.wait()
+        if self.door_process:
+            self.door_process.kill()
+            self.door_process.wait()
         self.bus.end()
 
     def status(self) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import socket
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any, AsyncIterator, Sequence
+from typing import Any, AsyncIterator, Coroutine, Sequence
 
 from ...command_line import Parser, read_token
 from ...errors import CamrigError
@@ -79,6 +79,7 @@ class Farm:
                     with contextlib.suppress(ProcessLookupError):
                         child.terminate()
                 await asyncio.gather(*(child.wait() for child in children))
+            self._folder.cleanup()
 
     async def _all_there(self, count: int) -> None:
         while len(self.door.owners()) < count or not any(one["is_sequencer"] for one in self.door.nodes().values()):
@@ -239,7 +240,7 @@ def up(arguments: Sequence[str]) -> int:
     options = parser.parse_args(arguments)
     if not is_loopback(options.http[0]):
         parser.error("--http: of loopback only; beyond it camrig farm door --http serves, with --token-file")
-    return asyncio.run(_up(options))
+    return _run(_up(options))
 
 
 def door(arguments: Sequence[str]) -> int:
@@ -256,7 +257,7 @@ def door(arguments: Sequence[str]) -> int:
         parser.error("--tcp: give --token-file too")
     if options.http and not options.token_file and not is_loopback(options.http[0]):
         parser.error("--http: beyond loopback give --token-file too")
-    return asyncio.run(_door(options))
+    return _run(_door(options))
 
 
 def node(arguments: Sequence[str]) -> int:
@@ -278,6 +279,11 @@ def node(arguments: Sequence[str]) -> int:
     options = NodeOptions(given.name, given.farm, given.nats, given.scene, given.mode, given.seed, given.lead_ms, given.max_skew_ms,
                           WallClock(round(given.clock_ahead_ms * 1e6)), given.host, given.token_file, given.http, given.rtsp, given.replicas,
                           args=tuple(given.arg), **cores)
-    code = asyncio.new_event_loop().run_until_complete(run_node(options))
+    return _run(run_node(options))
+
+
+def _run(main: Coroutine[Any, Any, int]) -> int:
+    """Ends the program: asyncio.run() would wait for the tasks of a connection to a bus that has gone."""
+    code = asyncio.new_event_loop().run_until_complete(main)
     sys.stdout.flush()
-    os._exit(code)  # asyncio.run() would wait for the tasks of a connection to a bus that has gone
+    os._exit(code)
