@@ -107,7 +107,7 @@ def _kill_in(farm: Farm, choices: dict[str, Callable[[], int]], kills: int, verd
 
 
 def _one_death(farm: Farm, victim: int, readers: list[Reader], commander: Commander, deaths: Deaths) -> None:
-    wait_until(lambda: all(reader.since(time.monotonic() - 1.0) for reader in readers), "all readers to read", _NEVER_S)
+    wait_until(lambda: commander.answered and all(reader.since(time.monotonic() - 1.0) for reader in readers), "all readers to read and commands to be answered", _NEVER_S)
     _, before = books(farm)
     connections = sum(reader.connections for reader in readers)
     moment = time.monotonic()
