@@ -50,7 +50,7 @@ class Image:
         self.buildah("commit", "--rm", container, "docker.io/library/debian:12")
 
     def make(self, packages: Path) -> None:
-        self.buildah("bud", "--isolation", "chroot", "--pull-never", "--layers", "-t", "camrig-farm", "-f", str(_REPOSITORY / "examples" / "farm" / "Dockerfile"), str(packages))
+        self.buildah("bud", "--isolation", "chroot", "--pull-never", "-t", "camrig-farm", "-f", str(_REPOSITORY / "examples" / "farm" / "Dockerfile"), str(packages))
 
     def config(self) -> dict[str, Any]:
         return json.loads(self.buildah("inspect", "--type", "image", "camrig-farm"))["OCIv1"]["config"]

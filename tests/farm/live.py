@@ -49,7 +49,8 @@ def main() -> int:
             "cost": lambda to: cost.run(to, verdicts),
         }
         for name in options.only:
-            found[name] = {**parts[name](folder / name), "commit": report.commit()}
+            commit = report.commit()  # before: a run is long
+            found[name] = {**parts[name](folder / name), "commit": commit}
             write_json(_NUMBERS, found)
     if options.write:
         report.put(report.REPOSITORY / "docs" / "farm.md", "live", page_part(found), "`tests/farm/live.py --write`")
