@@ -185,9 +185,7 @@ class Node:
         while not self.leaves:
             if self.lease.is_held() or self._is_quiet() and self._may_lead():
                 await self.lease.keep()
-                await asyncio.sleep(RENEW_S)
-            else:
-                await asyncio.sleep(RENEW_S / 2)
+            await asyncio.sleep(RENEW_S if self.lease.is_held() else RENEW_S / 2)
         await asyncio.Event().wait()
 
     def _is_quiet(self) -> bool:
