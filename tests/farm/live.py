@@ -3,27 +3,29 @@
     PYTHONPATH=control/python .venv/bin/python tests/farm/live.py [--seconds 600] [--commands 1000] [--kills 20] [--seed 1] [--only PART ...] [--write]
 
 Parts: lockstep (what four nodes show is what one machine shows), disturbed (so it is when nodes are killed, stopped and cut off), realtime (how long
-cameras are away), cost (of the log). A verdict a line, numbers in build/farm/live.json, with --write in docs/farm.md; exit code 1 if one fails.
+cameras are away), bus (so when NATS servers are killed), cost (of the log). A verdict a line, numbers in build/farm/live.json, with --write in
+docs/farm.md; exit code 1 if one fails.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import signal
 import sys
 import tempfile
 from pathlib import Path
 from typing import Any, Callable
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
-from live_parts import cost, lockstep, realtime  # noqa: E402
+from live_parts import bus_deaths, cost, lockstep, realtime  # noqa: E402
 from live_parts.farm import write_json  # noqa: E402
 from live_parts.page import page_part  # noqa: E402
 from live_parts.verdicts import Verdicts  # noqa: E402
 from tools.bench import report  # noqa: E402
 
 _NUMBERS = report.REPOSITORY / "build" / "farm" / "live.json"
-_PARTS = ("lockstep", "disturbed", "realtime", "cost")
+_PARTS = ("lockstep", "disturbed", "realtime", "bus", "cost")
 
 
 def main() -> int:
@@ -43,10 +45,12 @@ def main() -> int:
             "lockstep": lambda to: lockstep.run(to, verdicts, seconds=options.seconds, count=options.commands, seed=options.seed),
             "disturbed": lambda to: lockstep.run(to, verdicts, seconds=options.seconds / 10, count=options.commands // 10, seed=options.seed + 100, disturb=True),
             "realtime": lambda to: realtime.run(to, verdicts, kills=options.kills, seed=options.seed),
+            "bus": lambda to: bus_deaths.run(to, verdicts, kills=max(2, options.kills // 4)),
             "cost": lambda to: cost.run(to, verdicts),
         }
         for name in options.only:
-            found[name] = {**parts[name](folder / name), "commit": report.commit()}
+            commit = report.commit()  # before: a run is long
+            found[name] = {**parts[name](folder / name), "commit": commit}
             write_json(_NUMBERS, found)
     if options.write:
         report.put(report.REPOSITORY / "docs" / "farm.md", "live", page_part(found), "`tests/farm/live.py --write`")
@@ -54,4 +58,8 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:  # the farm has been ended on the way here
+        sys.exit("interrupted; the numbers of parts that were done are kept")

@@ -4,6 +4,8 @@ import contextlib
 import itertools
 import json
 import os
+import pathlib
+import shlex
 import signal
 import subprocess
 import sys
@@ -194,16 +196,26 @@ def test_who_is_cut_off_shows_no_standing_pictures_and_comes_back(tmp_path):
         wait_until(lambda: "cam" in [camera.name for camera in camrig.connect(facts["control"]).cameras()], 20, "the node to have the camera too")
         reader = urllib.request.urlopen(f"http://127.0.0.1:{facts['http']}/cameras/cam/stream.mjpg", timeout=30)
         assert reader.read(100)
-        far.nodes[name].link.set_up(False)
+        far.nodes[name].set_link(False)
         deadline = time.monotonic() + 30
         while reader.read(65536):
             assert time.monotonic() < deadline, "it goes on showing what stands"
         with pytest.raises(OSError):
             urllib.request.urlopen(f"http://127.0.0.1:{facts['http']}/cameras/cam/snapshot.jpg", timeout=30)
         wait_until(lambda: set(far.owners().values()) == {far.sequencer()}, 20, "the camera to be another's")
-        far.nodes[name].link.set_up(True)
+        far.nodes[name].set_link(True)
         wait_until(lambda: any(node["node"] == name and node["rig_pid"] != facts["rig_pid"] and not node["is_behind"] for node in nodes_of(far.rig)), 30, "it to be back")
         assert len(set(live_farm.digests_at_one_time(far).values())) == 1
+
+
+def test_who_waits_for_a_bus_that_has_gone_ends_when_told(tmp_path):
+    with live_farm.Farm(tmp_path, "minimal", nodes=2) as far:
+        far.bus.kill(0)
+        waiting = [far.door_process, *(node.process for node in far.nodes.values())]
+        wait_until(lambda: all("cut off" in node.log.read_text() for node in far.nodes.values()), 20, "nodes to wait for the bus")
+        for process, end in zip(waiting, (signal.SIGTERM, signal.SIGTERM, signal.SIGINT)):
+            process.send_signal(end)
+        assert [process.wait(10) for process in waiting] == [0, 3, 3]
 
 
 def test_who_looks_after_a_command_sees_it_on_every_node(tmp_path):
@@ -243,10 +255,14 @@ def test_a_farm_is_commanded_by_tcp_with_its_token(tmp_path):
     token = tmp_path / "token"
     token.write_text("0123456789abcdef\n")
     far_away = ("--host", "127.0.0.2", "--token-file", str(token))
-    with live_farm.Farm(tmp_path, "minimal", nodes=2, node_options=far_away, door_options=("--token-file", str(token), "--tcp", "127.0.0.1:0")) as far:
+    with live_farm.Farm(tmp_path, "minimal", nodes=2, node_options=far_away, door_options=("--token-file", str(token), "--tcp", "127.0.0.1:0", "--metrics", "127.0.0.1:0")) as far:
         host, _, port = far.door["tcp"].rpartition(":")
+        began = time.monotonic()
         with pytest.raises(camrig.CamrigError, match="shows the farm's token"):
             camrig.connect(host=host, port=int(port), token="fedcba9876543210")
+        assert time.monotonic() - began > 0.2  # as a rig does, and it is counted
+        with urllib.request.urlopen(far.door["metrics"]) as page:
+            assert "camrig_farm_door_wrong_tokens_total 1\n" in page.read().decode()
         rig = camrig.connect(host=host, port=int(port), token="0123456789abcdef")
         rig.call("camera.create", name="cam", fps=5, **SMALL)
         assert rig.camera("cam").frame().image.shape == (120, 160, 3)
@@ -265,6 +281,13 @@ def test_stock_clients_read_cameras_where_the_farm_says(tmp_path):
             assert shown.returncode == 0 and len([line for line in shown.stdout.splitlines() if not line.startswith("#")]) == 3, shown.stderr
             got = subprocess.run(["curl", "-sN", "--max-time", "3", camera["http"]], capture_output=True, timeout=60).stdout
             assert got.count(b"X-Sequence") >= 2
+            # GStreamer, by the node's addresses and at the farm's own, which sends it to the node.
+            for source in (f"rtspsrc location={camera['rtsp']} protocols=tcp ! rtph264depay ! avdec_h264", f"souphttpsrc location={camera['http']} ! multipartdemux ! jpegdec",
+                           f"souphttpsrc location={facts['http']}cameras/{camera['camera']}/stream.mjpg ! multipartdemux ! jpegdec"):
+                file = tmp_path / "pictures.rgb"
+                played = subprocess.run(["gst-launch-1.0", "-q", "-e", *shlex.split(source), "!", "videoconvert", "!", "video/x-raw,format=RGB", "!", "identity", "eos-after=4",
+                                         "!", "filesink", f"location={file}"], capture_output=True, text=True, timeout=60)
+                assert played.returncode == 0 and file.stat().st_size == 3 * 160 * 120 * 3, f"{source}: {played.stderr}"
         command = lambda *words: subprocess.run([find_binary(), "--control", facts["control"], *words], capture_output=True, text=True, timeout=60)
         assert command("camera", "set", "eye1", "--vfov-deg", "41").returncode == 0
         assert "eye1  160x120   10    41" in command("camera", "list").stdout
@@ -272,10 +295,40 @@ def test_stock_clients_read_cameras_where_the_farm_says(tmp_path):
         assert (tmp_path / "eye2.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_run_that_is_interrupted_leaves_nobody_waiting(tmp_path):
+    """Nodes wait for a bus for ever, so who runs a farm must take them along, also before all of it is there."""
+    for end, when in ((signal.SIGINT, "node2"), (signal.SIGTERM, "nats0"), (signal.SIGKILL, "node2")):
+        folder = tmp_path / f"{end}"
+        mark = f"FARM_OF={folder}"
+        command = [sys.executable, "tests/farm/live.py", "--only", "lockstep", "--keep", str(folder)]
+        environment = {**os.environ, "PYTHONPATH": str(REPOSITORY / "control/python"), "FARM_OF": str(folder)}
+        running = subprocess.Popen(command, cwd=REPOSITORY, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        try:
+            wait_until((folder / "lockstep" / f"{when}.log").exists, 60)
+            running.send_signal(end)
+            said, _ = running.communicate(timeout=30)
+            assert end == signal.SIGKILL or (running.returncode == 1 and said.count("\n") == 1 and "interrupted" in said), said
+            wait_until(lambda: not processes_with(mark), 20, f"nobody to be left of {mark}")
+        finally:
+            for pid in processes_with(mark):
+                os.kill(pid, signal.SIGKILL)
+
+
+def processes_with(mark):
+    """Those that live and have it in their environment."""
+    found = []
+    for path in pathlib.Path("/proc").glob("[0-9]*/environ"):
+        with contextlib.suppress(OSError):
+            if mark.encode() in path.read_bytes().split(b"\0") and path.with_name("stat").read_text().rpartition(")")[2].split()[0] != "Z":
+                found.append(int(path.parent.name))
+    return found
+
+
 @pytest.mark.parametrize("words, says", [
     (["up"], "the following arguments are required: --scene"),
     (["node", "--name", "a", "--nats", "nats://x", "--scene", "hall", "--host", "10.0.0.1"], "--host: give --token-file too"),
     (["door", "--nats", "nats://x"], "--control: give the path of the socket"),
+    (["node", "--name", "a", "--nats", "nats://x", "--scene", "hall", "--cores", "0"], "--cores: '0' is not a number of cores"),
     (["up", "--scene", "hall", "--metrics", "9090"], "'9090' is not HOST:PORT"),
     (["up", "--scene", "hall", "--http", "0.0.0.0:80"], "--http: of loopback only"),
     (["door", "--nats", "nats://x", "--control", "/tmp/x.sock", "--http", "0.0.0.0:80"], "--http: beyond loopback give --token-file too"),

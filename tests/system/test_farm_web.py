@@ -12,6 +12,7 @@ import urllib.error
 import urllib.request
 
 import pytest
+import test_web_plate
 from conftest import REPOSITORY, wait_until
 from test_command_log import SMALL
 from test_farm import farm, nodes_of, rigs_of
@@ -21,6 +22,9 @@ import camrig
 
 sys.path.insert(0, str(REPOSITORY / "tests" / "farm"))
 from live_parts import farm as live_farm  # noqa: E402
+
+
+photo = test_web_plate.photo
 
 
 def ask(url, *, post=None, **headers):
@@ -129,6 +133,15 @@ def test_stock_clients_reach_each_camera_at_the_farms_address_whoever_owns_it():
                 assert time.monotonic() < died + 30, "it goes on"
         wait_until(lambda: curl("-LN", "--max-time", "2", stream).count(b"X-Sequence") >= 2, 20, "the stream at the same URL")
         assert curl(f"{facts['http']}cameras/{camera}/snapshot.jpg").startswith(b"\xff\xd8") and owner_of(rig, camera) == staying
+
+
+def test_the_page_of_photos_works_through_the_farm(photo, tmp_path):
+    """What it does with a rig it does here, of either node: a photo becomes a scene, and a camera's picture is a photo."""
+    with farm(scene="minimal") as (rig, _), chromium() as browser:
+        for number, does in enumerate((test_web_plate.test_a_photo_becomes_a_scene_that_runs, test_web_plate.test_the_photo_of_a_camera_of_the_rig_is_shown_with_its_lens)):
+            (tmp_path / str(number)).mkdir()
+            with test_web_plate.plate_page(rig, browser, photo) as plate:
+                does(rig, plate, photo, tmp_path / str(number))
 
 
 def test_without_the_key_one_looks_and_a_page_of_another_origin_does_neither():

@@ -1,5 +1,6 @@
 """The web page of photos: from a user's photo to a scene file that runs, in a headless Chromium as a person does it."""
 
+import contextlib
 import json
 import math
 import os
@@ -84,8 +85,8 @@ class Plate:
         self.page.click("#calibrate")
 
 
-@pytest.fixture
-def opened_plate(rig, browser, photo):
+@contextlib.contextmanager
+def plate_page(rig, browser, photo):
     context = browser.new_context(viewport={"width": 1440, "height": 1000}, accept_downloads=True)
     page = context.new_page()
     page.set_default_timeout(20_000)
@@ -100,6 +101,12 @@ def opened_plate(rig, browser, photo):
     yield Plate(page, photo[1:])
     context.close()
     assert said == [], said
+
+
+@pytest.fixture
+def opened_plate(rig, browser, photo):
+    with plate_page(rig, browser, photo) as plate:
+        yield plate
 
 
 CLICKS = [(150, 900), (1100, 880), (300, 700), (1000, 600)]

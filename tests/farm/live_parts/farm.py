@@ -1,4 +1,4 @@
-"""A farm as it stands on several machines: a NATS server, nodes and a door, each a process of its own that can be killed, stopped or cut off."""
+"""A farm as it stands on several machines: NATS servers, nodes and a door, each a process of its own that can be killed, stopped or cut off."""
 
 from __future__ import annotations
 
@@ -12,27 +12,13 @@ import sys
 import threading
 import time
 from pathlib import Path
-from typing import Any, Callable, Sequence
+from typing import Any, Sequence
 
 import camrig
-from camrig.farm.live.up import find_nats_server
 
-START_S = 120.0
+from .bus import Bus, free_port, run, wait_until
+
 _ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[3] / "control" / "python")}
-
-
-def wait_until(condition: Callable[[], Any], what: str, timeout_s: float = START_S) -> Any:
-    deadline = time.monotonic() + timeout_s
-    while not (value := condition()):
-        if time.monotonic() > deadline:
-            raise TimeoutError(f"after {timeout_s:.0f} s: {what}")
-        time.sleep(0.02)
-    return value
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return server.getsockname()[1]
 
 
 class Link:
@@ -72,19 +58,23 @@ class Link:
 
 
 class Node:
-    """One `camrig farm node`, behind a link of its own."""
+    """One `camrig farm node`, behind links of its own."""
 
     def __init__(self, farm: Farm, name: str, *options: str) -> None:
         self.name, self._farm, self._options = name, farm, options
-        self.link = Link(farm.nats_port)
+        self._links = [Link(port) for port in farm.bus.ports]
         self.log = farm.folder / f"{name}.log"
         self.start()
 
-    def start(self) -> None:
-        command = [sys.executable, "-m", "camrig.farm", "node", "--name", self.name, "--nats", f"nats://127.0.0.1:{self.link.port}", "--scene", self._farm.scene,
-                   "--mode", self._farm.mode, "--arg=--device=cpu", "--arg=--quality=fast", *self._options]
-        with open(self.log, "ab") as to:
-            self.process = subprocess.Popen(command, stdout=to, stderr=to, env=_ENVIRONMENT)
+    def start(self, *options: str) -> None:
+        bus = ",".join(f"nats://127.0.0.1:{link.port}" for link in self._links)
+        command = [sys.executable, "-m", "camrig.farm", "node", "--name", self.name, "--nats", bus, "--replicas", str(len(self._links)), "--scene", self._farm.scene,
+                   "--mode", self._farm.mode, "--arg=--device=cpu", "--arg=--quality=fast", *self._options, *options]
+        self.process = run(command, self.log, env=_ENVIRONMENT)
+
+    def set_link(self, is_up: bool) -> None:
+        for link in self._links:
+            link.set_up(is_up)
 
     def signal(self, what: signal.Signals, *, node: bool = True) -> None:
         """To the node and its rig, as if their machine did it; or to its rig alone."""
@@ -99,38 +89,32 @@ class Node:
 
 
 class Farm:
-    def __init__(self, folder: Path, scene: str, mode: str = "realtime", nodes: int = 4, node_options: Sequence[str] = (), door_options: Sequence[str] = ()) -> None:
+    def __init__(self, folder: Path, scene: str, mode: str = "realtime", nodes: int = 4, node_options: Sequence[str] = (), door_options: Sequence[str] = (), servers: int = 1) -> None:
+        """``servers``: of NATS, that keep the log together: 1 or 3."""
         self.folder, self.scene, self.mode = folder, scene, mode
         folder.mkdir(parents=True, exist_ok=True)
-        self.nats_port = free_port()
-        self.nats = f"nats://127.0.0.1:{self.nats_port}"
-        self._processes: list[subprocess.Popen[Any]] = []
-        self._run([find_nats_server(), "-js", "-sd", str(folder / "jetstream"), "-a", "127.0.0.1", "-p", str(self.nats_port)], "nats")
-        wait_until(self._nats_answers, "NATS")
         self.control = str(folder / "farm.sock")
-        self.door = self._open_door(door_options)
-        self.nodes = {f"node{number + 1}": Node(self, f"node{number + 1}", *node_options) for number in range(nodes)}
-        self.rig = self._connect()
-        self.wait_for_nodes()
-
-    def _run(self, command: list[str], name: str, **more: Any) -> None:
-        with open(self.folder / f"{name}.log", "ab") as to:
-            self._processes.append(subprocess.Popen(command, stdout=to, stderr=to, env=_ENVIRONMENT, **more))
+        self.nodes: dict[str, Node] = {}
+        self.door_process: subprocess.Popen[Any] | None = None
+        self.bus = Bus(folder, servers)
+        try:
+            self.door = self._open_door(door_options)
+            for number in range(nodes):
+                self.nodes[f"node{number + 1}"] = Node(self, f"node{number + 1}", *node_options)
+            self.rig = self._connect()
+            self.wait_for_nodes()
+        except BaseException:
+            self.__exit__()
+            raise
 
     def _open_door(self, options: Sequence[str]) -> dict[str, Any]:
         """What it says when it is there."""
         read_end, write_end = os.pipe()
-        self._run([sys.executable, "-m", "camrig.farm", "door", "--nats", self.nats, "--control", self.control, "--ready-fd", str(write_end), *options], "door", pass_fds=(write_end,))
+        command = [sys.executable, "-m", "camrig.farm", "door", "--nats", self.bus.urls, "--control", self.control, "--ready-fd", str(write_end), *options]
+        self.door_process = run(command, self.folder / "door.log", env=_ENVIRONMENT, pass_fds=(write_end,))
         os.close(write_end)
         with os.fdopen(read_end) as ready:
             return json.loads(ready.readline())
-
-    def _nats_answers(self) -> bool:
-        try:
-            socket.create_connection(("127.0.0.1", self.nats_port), 1).close()
-            return True
-        except OSError:
-            return False
 
     def _connect(self) -> camrig.Rig:
         def attempt() -> camrig.Rig | None:
@@ -150,9 +134,10 @@ class Farm:
                 node.process.send_signal(signal.SIGCONT)
                 node.process.kill()
                 node.process.wait()
-        for process in self._processes:
-            process.kill()
-            process.wait()
+        if self.door_process:
+            self.door_process.kill()
+            self.door_process.wait()
+        self.bus.end()
 
     def status(self) -> dict[str, Any]:
         return self.rig.call("farm.status")
@@ -199,34 +184,11 @@ def digests_at_one_time(farm: Farm) -> dict[str, str]:
     return told
 
 
-async def _last_of_log(nats: str) -> int:
-    from camrig.farm.live.log import CommandLog, Subjects, connect
-
-    bus = await connect(nats)
-    last = await CommandLog(bus, Subjects("farm")).last()
-    await bus.close()
-    return last
-
-
 def wait_for_all(farm: Farm) -> int:
     """Until every node says that it has done all of the log; how many entries that are."""
-    last = asyncio.run(_last_of_log(farm.nats))
+    last = farm.bus.last()
     wait_until(lambda: {node["applied"] for node in farm.status()["nodes"]} == {last}, f"all nodes to have done entry {last}")
     return last
-
-
-async def _read_log(nats: str) -> list[dict[str, Any]]:
-    from camrig.farm.live.log import CommandLog, Subjects, connect
-
-    bus = await connect(nats)
-    log = CommandLog(bus, Subjects("farm"))
-    entries = [await log.read(number) for number in range(1, await log.last() + 1)]
-    await bus.close()
-    return entries
-
-
-def log_of(farm: Farm) -> list[dict[str, Any]]:
-    return asyncio.run(_read_log(farm.nats))
 
 
 Books = dict[str, dict[str, int]]  # by node and its process: what was dropped, by reason

@@ -11,8 +11,9 @@ def page_part(found: dict[str, Any]) -> str:
         parts.append(f"**Lockstep** (commit {one['commit']}): {one['nodes']} nodes, {one['cameras']} cameras of 160x120 in `hall`, {one['commands']} random commands of 3 clients "
                      f"in {one['seconds']:.0f} s, {one['steps']} steps. {_lockstep_result(one)}")
     if one := found.get("disturbed"):
-        parts.append(f"The same for {one['seconds']:.0f} s with {one['commands']} commands (commit {one['commit']}), while a node is killed, the sequencer's node is killed, a node "
-                     f"stops for 5 s and a node's link is down for 5 s. {_lockstep_result(one)} The longest step took {one['slowest_step_s']:.1f} s.")
+        slowest = "; ".join(f"{what}: {seconds:.1f} s" for what, seconds in one["slowest_step_s"].items())
+        parts.append(f"The same for {one['seconds']:.0f} s with {one['commands']} commands and three NATS servers (commit {one['commit']}), while things are done to it. "
+                     f"{_lockstep_result(one)} The longest step, after {slowest}.")
     if one := found.get("realtime"):
         lines = [f"**Real time** (commit {one['commit']}): 4 nodes, {one['cameras']} cameras at {one['fps']} fps, an MJPEG reader on each, which asks the farm for its camera's "
                  "address when its connection ends or brings nothing new for 1 s.", "",
@@ -24,6 +25,14 @@ def page_part(found: dict[str, Any]) -> str:
         slow = one["slow"]
         clocks = "; ".join(f"a clock 300 ms {name} was told as {clock['told_ms']:+.2f} ms within {clock['bound_ms']:.2f} ms" for name, clock in one["clocks"].items())
         lines += ["", f"A node whose rig runs a fiftieth of the time for {slow['seconds']:.0f} s: its readers missed {slow['lost']} frames, those of others {slow['healthy_lost']}; {clocks}."]
+        parts.append("\n".join(lines))
+    if one := found.get("bus"):
+        lines = [f"**NATS servers killed** (commit {one['commit']}): 3 nodes, {one['cameras']} cameras at {one['fps']} fps, `minimal`, a client that sends a command when the last is "
+                 f"answered; the only server is started again after {one['down_s']:.0f} s.", "",
+                 "| | times | longest wait for a command, median | most | longest wait for a picture, median | most | readers missed | and lost connections |",
+                 "|---|---|---|---|---|---|---|---|"]
+        lines += [f"| {name} | {case['times']} | {case['command_median_s']} s | {case['command_most_s']} s | {case['picture_median_s']} s | {case['picture_most_s']} s "
+                  f"| {case['missed']} frames | {case['connections']} |" for name, case in one["cases"].items()]
         parts.append("\n".join(lines))
     if one := found.get("cost"):
         idle, busy = one["farm"]["0"], one["farm"]["100"]

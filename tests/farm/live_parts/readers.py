@@ -122,6 +122,10 @@ class Supervisor:
         self._thread.join(10)
 
 
+def longest_gap(seen: list[Seen]) -> float:
+    return max((after.came - before.came for before, after in zip(seen, seen[1:])), default=0.0)
+
+
 def missing(seen: list[Seen]) -> int:
     """Frames between the first and the last that did not come, by their numbers."""
     return seen[-1].sequence - seen[0].sequence + 1 - len(seen) if seen else 0

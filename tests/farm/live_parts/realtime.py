@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, Callable
 
 from .farm import Farm, Node, books, digests_at_one_time, dropped_between, wait_until
-from .readers import Reader, Seen, Supervisor, missing
+from .readers import Reader, Seen, Supervisor, longest_gap, missing
 from .verdicts import Verdicts
 
 _CAMERAS, _FPS = 12, 5
@@ -91,7 +91,7 @@ class Stage:
         case.back_each_s.append(max(back_s, default=0.0))
         time.sleep(1.0)
         case.lost += sum(missing(_around(reader, moment)) for reader in mine)
-        case.healthy_gap_s = max([case.healthy_gap_s, *(_longest_gap(_around(reader, moment)) for reader in others)])
+        case.healthy_gap_s = max([case.healthy_gap_s, *(longest_gap(_around(reader, moment)) for reader in others)])
         case.healthy_reconnects += sum(reader.connections - connections[reader.camera] for reader in others)
         _, after = books(self.farm)
         drops = dropped_between(before, after)
@@ -113,10 +113,6 @@ def first_after(reader: Reader, moment: float, victim: str, world_ns: int) -> Se
 
 def _around(reader: Reader, moment: float) -> list[Seen]:
     return reader.since(moment - 2.0)
-
-
-def _longest_gap(seen: list[Seen]) -> float:
-    return max((after.came - before.came for before, after in zip(seen, seen[1:])), default=0.0)
 
 
 def run(folder: Path, verdicts: Verdicts, *, kills: int, seed: int) -> dict[str, Any]:
@@ -176,8 +172,8 @@ def _stop(node: Node) -> Callable[[], None]:
 
 
 def _cut(node: Node) -> Callable[[], None]:
-    node.link.set_up(False)
-    timer = threading.Timer(_AWAY_S, node.link.set_up, [True])
+    node.set_link(False)
+    timer = threading.Timer(_AWAY_S, node.set_link, [True])
     timer.start()
     return timer.join
 

@@ -6,12 +6,15 @@ import json
 import socket
 import subprocess
 import tempfile
+import time
+from types import SimpleNamespace
 
 import pytest
 
 from camrig.errors import CamrigError
 from camrig.farm.live import log as log_module
-from camrig.farm.live.clock import Comparison, Offset
+from camrig.farm.live.answers import Answers
+from camrig.farm.live.clock import Comparison, Offset, WallClock
 from camrig.farm.live.costs import Costs
 from camrig.farm.live.feed import Feed, raise_if_different
 from camrig.farm.live.log import CommandLog, Lease, Overtaken, Subjects, connect
@@ -20,6 +23,7 @@ from camrig.farm.live.http_access import check, is_loopback, token_of
 from camrig.farm.live.multipart import join, parts_of
 from camrig.farm.live.placement import FULL, ROOM, moves, order_of, owner_of
 from camrig.farm.live.roster import Roster
+from camrig.farm.live.sequencer import Sequencer
 from camrig.farm.live.up import find_nats_server
 
 
@@ -178,12 +182,69 @@ def test_the_gate_names_what_differs():
         raise_if_different({"identity": identity}, {**identity, "mathematics": "bb"})
 
 
+class FakeBus:
+    def __init__(self):
+        self.said = []
+
+    async def publish(self, subject, data):
+        self.said.append((subject, json.loads(data)))
+
+    async def subscribe(self, subject, cb):
+        raise AssertionError("it is active already")
+
+
+@pytest.mark.parametrize("hashes, stopped", [
+    ({"a": "w", "b": "r", "c": "r"}, ["a"]),  # a is the sequencer's
+    ({"b": "w", "a": "r", "c": "r"}, ["b"]),
+    ({"b": "w", "a": "r"}, ["b"]),  # which is right nobody can know
+    ({"a": "r", "b": "r", "c": "r"}, []),
+])
+def test_of_nodes_that_differ_the_fewer_are_stopped_when_all_have_told(hashes, stopped):
+    async def run():
+        bus = FakeBus()
+        lease = SimpleNamespace(owner="a", term=1, is_held=lambda: True)
+        sequencer = Sequencer(bus, Subjects("t"), None, lease, None, {"mode": "realtime"}, 100.0, WallClock())
+        sequencer.is_active = True
+
+        async def report(name, **more):
+            say = {"node": name, "life": name, "at": time.monotonic(), "is_behind": False, **more}
+            await sequencer._on_report(SimpleNamespace(data=json.dumps(say).encode()))
+
+        for name in hashes:
+            await report(name)
+        for name, value in hashes.items():
+            assert not [say for subject, say in bus.said if subject.endswith("stop")]
+            await report(name, digest={"world_ns": 10**9, "hash": value}, parts={})
+        assert [say["node"] for subject, say in bus.said if subject.endswith("stop")] == stopped
+        for task in sequencer.tasks:
+            task.cancel()
+
+    asyncio.run(run())
+
+
 class FakeLog:
     def __init__(self, entries):
         self.entries = entries
 
     async def read(self, number):
         return self.entries[number - 1]
+
+
+def test_answers_are_kept_as_lines_and_given_to_who_asks_before_or_after():
+    async def run():
+        answers = Answers()
+        early = asyncio.ensure_future(answers.of(3))
+        await asyncio.sleep(0)
+        answers.add([2, 3], json.dumps([{"result": "two"}, {"result": "three"}]).encode())
+        answers.add([4], json.dumps({"result": "four"}).encode())
+        assert await early == {"result": "three"} and await answers.of(3) == {"result": "three"} and await answers.of(4) == {"result": "four"}
+        for number in range(5, 5000):
+            answers.add([number], b'{"result":0}')
+        with pytest.raises(asyncio.TimeoutError):  # it has been forgotten
+            await asyncio.wait_for(answers.of(2), 0.05)
+        assert await answers.of(4999) == {"result": 0}
+
+    asyncio.run(run())
 
 
 class FakeRig:
@@ -198,7 +259,7 @@ class FakeRig:
         return len(self._waiting)
 
     def request(self, method, params):
-        return {"id": object(), "method": method, "params": params}
+        return {"id": 0, "method": method, "params": params}
 
     def send(self, message):
         answer = asyncio.get_running_loop().create_future()
@@ -210,11 +271,24 @@ class FakeRig:
                 assert one["params"]["at_ns"] > self.limit or one["params"]["at_ns"] == 0, "the world may be past it"
         self.lines += requests
         assert len(self._waiting) < 64, "the rig reads no more"
-        self._waiting.append((answer, requests))
-        while self._waiting and all(one["params"].get("at_ns", 0) <= self.limit for one in self._waiting[0][1]):
-            answered, of = self._waiting.pop(0)
-            answered.set_result([{"id": one["id"], "result": {"world_ns": one["params"].get("at_ns")}} for one in of])
+        self._waiting.append((answer, message))
+        self._answer()
         return answer
+
+    def _answer(self):
+        while self._waiting:
+            answer, message = self._waiting[0]
+            requests = message if isinstance(message, list) else [message]
+            if any(one["params"].get("at_ns", 0) > self.limit for one in requests):
+                return
+            self._waiting.pop(0)
+            replies = [{"id": one["id"], "result": {"world_ns": one["params"].get("at_ns")}} for one in requests if "id" in one]
+            answer.set_result(json.dumps(replies if isinstance(message, list) else replies[0]).encode())
+
+    def tell(self, notification):
+        assert notification["method"] == "world.limit"
+        self.limit = notification["params"]["until_ns"]
+        self._answer()
 
 
 def test_a_rig_is_told_every_command_before_its_world_may_come_to_its_time():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 from pathlib import Path
@@ -15,6 +16,18 @@ def cpu_s(pid: int) -> float:
     """Of a process since its start; proc(5)."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def usable_cores() -> float:
+    """That this process may use: by its affinity, and by the quota of its control group (cgroup v2), which a container's CPU limit is."""
+    cores = float(len(os.sched_getaffinity(0)))
+    with contextlib.suppress(OSError, ValueError):  # no such file or group, or "max"
+        own = Path("/proc/self/cgroup").read_text().rpartition("0::")[2].strip()
+        for group in (Path("/sys/fs/cgroup") / own.lstrip("/"), Path("/sys/fs/cgroup")):
+            if (limit := group / "cpu.max").exists():
+                quota, period = limit.read_text().split()
+                return min(cores, int(quota) / int(period))
+    return cores
 
 
 class Costs:

@@ -9,12 +9,13 @@ import os
 import signal
 import sys
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ...errors import CamrigError
 from ...places import find_binary, find_scene
 from .clock import WallClock
+from .costs import usable_cores
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,16 @@ class NodeOptions:
     http: int = 0
     rtsp: int = 0
     replicas: int = 1
+    cores: float = field(default_factory=usable_cores)
     args: tuple[str, ...] = ()
 
 
-def _die_with_parent() -> None:
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
+_prctl = ctypes.CDLL(None).prctl  # found before a fork: other threads may hold the loader's lock then
+
+
+def die_with_parent() -> None:
+    """For a child to call before it becomes another program: whatever ends us ends it."""
+    _prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG
 
 
 class Daemon:
@@ -61,7 +67,7 @@ class Daemon:
             command += ["--token-file", self._options.token_file]
         if self._options.seed is not None:
             command += ["--seed", str(self._options.seed)]
-        self.process = await asyncio.create_subprocess_exec(*command, pass_fds=(write_end,), stdout=sys.stderr.fileno(), preexec_fn=_die_with_parent)
+        self.process = await asyncio.create_subprocess_exec(*command, pass_fds=(write_end,), stdout=sys.stderr.fileno(), preexec_fn=die_with_parent)
         os.close(write_end)
         line = await asyncio.get_running_loop().run_in_executor(None, lambda: os.read(read_end, 65536))
         os.close(read_end)

@@ -1,4 +1,4 @@
-"""One control address for a farm: speaks the whole control protocol on a Unix socket, and by TCP to who has the farm's token.
+"""One control address for a farm: answers the whole control protocol, whatever way a request came (socket_door.py, http_door.py).
 
 What changes the world goes into the log, through the sequencer; what only looks goes to a node: about a camera, to the one that owns it.
 """
@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import hmac
 import json
-import os
 import time
 import uuid
 from dataclasses import dataclass, field
@@ -18,18 +16,17 @@ from typing import Any, Awaitable, Callable, Coroutine
 import nats.errors
 
 from ...errors import CamrigError, error_of_reply
+from .budget import PIECE_BYTES, Budget, Claim, read_exactly, read_line
 from .log import LEASE_S, Subjects
 from .placement import is_placeable, owner_of
 from .roster import Roster
-from .wire import CONNECT_S, Wire, connect_to, url_of
+from .wire import Wire, connect_to, url_of
+from .wrong_tokens import WrongTokens
 
 #: So long a command is tried again, when the sequencer has died; and a step, which waits for readers.
 COMMAND_TIMEOUT_S, STEP_TIMEOUT_S = 15.0, 120.0
 #: So long one try waits. The command has an id: however often it is sent, it comes once.
 _TRY_S, _LOOK_S = 2.0, 0.1
-_MAX_REQUEST = 4 << 20
-#: Connections that have shown no token yet.
-_MAX_STRANGERS = 64
 _MAX_BATCH = 64
 #: That one machine starts.
 _MAX_NODES = 64
@@ -42,52 +39,55 @@ def _count_of(params: dict[str, Any]) -> int:
     return count
 
 
+def text_of(value: Any) -> bytes:
+    return json.dumps(value, separators=(",", ":")).encode() + b"\n"
+
+
 @dataclass
 class Client:
     """Who asks, and its connections to nodes, by their lives."""
 
+    claim: Claim  #: for its request and the answer
     may_command: bool = True
     takes_bytes: bool = True  #: behind the line of an answer
     wires: dict[str, tuple[asyncio.StreamReader, asyncio.StreamWriter]] = field(default_factory=dict)
 
     def close(self) -> None:
+        self.claim.release()
         for _, to_node in self.wires.values():
             to_node.close()
 
 
 class Door:
-    def __init__(self, bus: Any, subjects: Subjects, path: str, token: str | None = None) -> None:
+    def __init__(self, bus: Any, subjects: Subjects, token: str | None = None) -> None:
         """``token``: of nodes on other machines, all of which have the same."""
-        self._bus, self._subjects, self.path, self.token = bus, subjects, path, token
+        self._bus, self._subjects, self.token = bus, subjects, token
+        self.budget, self.wrong_tokens = Budget(), WrongTokens()
         self._nodes = Roster()
         self._moved: dict[str, str] = {}
-        self._moved_by = self._strangers = self._done_ns = 0
+        self._full: list[str] = []
+        self._moved_by = self._done_ns = 0
         self._commanded = float("-inf")
         self._is_lockstep = False
         self._writes: set[str] = set()
         self.scale: Callable[[int], Awaitable[Any]] | None = None  #: farm.scale, where nodes can be started
         #: Puts a request to a node as one who may only look does: the node's rig knows which methods that may.
-        self.look_openly: Callable[[dict[str, Any], dict[str, Any]], Awaitable[dict[str, Any]]] | None = None
+        self.look_openly: Callable[[dict[str, Any], dict[str, Any], Claim], Awaitable[dict[str, Any]]] | None = None
         self.http: dict[str, Any] = {}  #: members of server.info: where the farm's own HTTP is
         self.how_to_command = ""
         self.scraping = asyncio.Lock()
         self.ended = asyncio.Event()  # by server.shutdown
 
     async def open(self) -> None:
-        """The socket is there afterwards, of mode 0600."""
+        """Hears of nodes from then on."""
         await self._bus.subscribe(self._subjects.report, cb=self._on_report)
-        before = os.umask(0o177)
-        try:
-            self._server = await asyncio.start_unix_server(self._serve, self.path, limit=_MAX_REQUEST)
-        finally:
-            os.umask(before)
 
     async def _on_report(self, message: Any) -> None:
         report = json.loads(message.data)
         report.pop("parts", None)
-        moved = report.pop("moved", None)  # from the sequencer alone
+        moved, full = report.pop("moved", None), report.pop("full", [])  # from the sequencer alone
         if moved is not None and report["moved_by"] >= self._moved_by:
-            self._moved, self._moved_by = moved, report["moved_by"]
+            self._moved, self._moved_by, self._full = moved, report["moved_by"], full
         self._nodes.hear(report)
 
     def nodes(self) -> dict[str, dict[str, Any]]:
@@ -103,73 +103,46 @@ class Door:
         self._nodes.forget(node)
 
     async def call(self, method: str, **params: Any) -> Any:
-        reply = await self._answer({"method": method, "params": params}, Client())
+        client = Client(Claim(self.budget))
+        try:
+            reply = await self._answer({"method": method, "params": params}, client)
+        finally:
+            client.close()
         if "error" in reply:
             raise error_of_reply(method, reply["error"])
         return reply["result"]
 
-    async def listen(self, host: str, port: int) -> int:
-        """Control over TCP too, for who shows the token; the port."""
-        assert self.token
-        server = await asyncio.start_server(self._serve_known, host, port, limit=_MAX_REQUEST)
-        return server.sockets[0].getsockname()[1]
-
-    async def _serve_known(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        self._strangers += 1
-        try:
-            is_known = False
-            if self._strangers <= _MAX_STRANGERS:
-                asked = json.loads(await asyncio.wait_for(reader.readline(), CONNECT_S))
-                shown = asked["params"]["token"] if asked["method"] == "auth" else None
-                is_known = isinstance(shown, str) and hmac.compare_digest(shown.encode(), (self.token or "").encode())
-                error = {"code": -32000, "message": "a client shows the farm's token first (auth)", "data": {"kind": "unauthorized"}}
-                writer.write(self._text({"jsonrpc": "2.0", "id": asked.get("id"), **({"result": {"authorized": True}} if is_known else {"error": error})}))
-                await writer.drain()
-        except (OSError, ValueError, KeyError, TypeError, AttributeError, asyncio.TimeoutError):
-            is_known = False
-        finally:
-            self._strangers -= 1
-        if is_known:
-            await self._serve(reader, writer)
-        writer.close()
-
-    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        client = Client()
-        try:
-            while line := await reader.readline():
-                if line.strip():
-                    writer.write(await self.answer(line, client))
-                    await writer.drain()
-        except (OSError, ValueError, asyncio.IncompleteReadError):
-            pass
-        finally:
-            writer.close()
-            client.close()
-
     async def answer(self, line: bytes, client: Client) -> bytes:
-        """To a request or a batch; empty: nobody waits for one."""
+        """To a request or a batch; empty: nobody waits for one. It is in the client's claim."""
         try:
             message = json.loads(line)
         except ValueError as problem:
-            return self._text({"jsonrpc": "2.0", "id": None, "error": {"code": -32700, "message": f"not JSON: {problem}", "data": {"kind": "invalid_argument"}}})
+            return self._no_request(f"not JSON: {problem}", -32700)
         requests = message if isinstance(message, list) else [message]
         if not requests or len(requests) > _MAX_BATCH or not all(isinstance(each, dict) and isinstance(each.get("method"), str) for each in requests):
-            error = {"code": -32600, "message": f"a request has jsonrpc, id, method and params; a batch at most {_MAX_BATCH}", "data": {"kind": "invalid_argument"}}
-            return self._text({"jsonrpc": "2.0", "id": None, "error": error})
+            return self._no_request(f"a request has jsonrpc, id, method and params; a batch at most {_MAX_BATCH}")
         replies = []
         for request in requests:
-            reply = await self._answer(request, client)
-            if isinstance(reply, bytes):  # bytes behind a line: never in a batch
+            reply = await self._answer(request, client, is_alone=not isinstance(message, list))
+            if isinstance(reply, bytes):
                 return reply
             if "id" in request:
                 replies.append({"jsonrpc": "2.0", "id": request["id"], **reply})
-        return self._text(replies if isinstance(message, list) else replies[0]) if replies else b""
+        if not replies:
+            return b""
+        text = text_of(replies if isinstance(message, list) else replies[0])
+        try:
+            client.claim.grow(len(text))
+        except CamrigError as problem:
+            return text_of({"jsonrpc": "2.0", "id": replies[0]["id"], **self._error(problem)})
+        return text
 
     @staticmethod
-    def _text(value: Any) -> bytes:
-        return json.dumps(value, separators=(",", ":")).encode() + b"\n"
+    def _no_request(message: str, code: int = -32600) -> bytes:
+        return text_of({"jsonrpc": "2.0", "id": None, "error": {"code": code, "message": message, "data": {"kind": "invalid_argument"}}})
 
-    async def _answer(self, request: dict[str, Any], client: Client) -> Any:
+    async def _answer(self, request: dict[str, Any], client: Client, is_alone: bool = False) -> Any:
+        """``is_alone``: the answer may be a rig's own, as bytes."""
         method, params = request["method"], request.get("params") or {}
         try:
             if not isinstance(params, dict):
@@ -189,7 +162,7 @@ class Door:
                 raise self._refused(method)
             if method in self._writes:
                 return await self._command(method, params)
-            return await self._look(request, params, client)
+            return await self._look(request, params, client, is_alone and "id" in request and method != "server.info")
         except CamrigError as problem:
             return self._error(problem)
 
@@ -236,18 +209,19 @@ class Door:
         if "at_ns" in params:
             raise CamrigError("invalid_argument", "at_ns: a farm says itself when a command is done")
         asked = json.dumps({"id": uuid.uuid4().hex, "method": method, "params": params}).encode()
-        deadline = time.monotonic() + (STEP_TIMEOUT_S if method == "world.step" else COMMAND_TIMEOUT_S)
+        timeout_s = STEP_TIMEOUT_S if method == "world.step" else COMMAND_TIMEOUT_S
+        deadline = time.monotonic() + timeout_s
         while time.monotonic() < deadline:
             told, sequencer = asyncio.ensure_future(self._bus.request(self._subjects.command, asked, timeout=_TRY_S)), self._sequencer()
             while not (await asyncio.wait([told], timeout=_LOOK_S))[0] and self._sequencer() == sequencer:
                 pass
             told.cancel()  # if there is another sequencer now, it did not hear us
             with contextlib.suppress(nats.errors.Error, asyncio.TimeoutError, asyncio.CancelledError):
-                reply = json.loads((await told).data)
-                self._commanded, self._done_ns = time.monotonic(), max(self._done_ns, reply.pop("at_ns", 0))
-                return reply
+                if reply := json.loads((await told).data):
+                    self._commanded, self._done_ns = time.monotonic(), max(self._done_ns, reply.pop("at_ns", 0))
+                    return reply
             await asyncio.sleep(_LOOK_S)
-        raise CamrigError("unavailable", f"{method}: the farm has no sequencer now; ask again")
+        raise CamrigError("unavailable", f"{method}: no sequencer or no log answers for {timeout_s:.0f} s; it is not known whether this command comes")
 
     def _sequencer(self) -> tuple[int, str] | None:
         return max(((report["term"], name) for name, report in self.nodes().items() if report["is_sequencer"]), default=None)
@@ -259,16 +233,19 @@ class Door:
         camera = params.get("camera", params.get("name"))
         return self._nodes[owner_of(camera, owners, self._moved) if isinstance(camera, str) else owners[0]]
 
-    async def _look(self, request: dict[str, Any], params: dict[str, Any], client: Client) -> Any:
+    async def _look(self, request: dict[str, Any], params: dict[str, Any], client: Client, is_own: bool) -> Any:
         while True:
             node = self.node_for(params)
             try:
-                reply = await self.while_there(node["node"], self._look_at(node, request, client))
+                reply = await self.while_there(node["node"], self._look_at(node, request, client, is_own))
                 if request["method"] == "server.info" and self.http and isinstance(reply, dict) and "result" in reply:
                     reply["result"] = self._info(reply["result"])
                 return reply
-            except CamrigError:
-                client.wires.pop(node["life"], None)
+            except CamrigError as problem:
+                if wire := client.wires.pop(node["life"], None):
+                    wire[1].close()
+                if problem.kind == "resource_exhausted":
+                    raise  # the answer is too long, and was not read to its end
                 self.forget(node["node"])  # looking changes nothing: another can answer
 
     def _info(self, of_node: dict[str, Any]) -> dict[str, Any]:
@@ -287,25 +264,29 @@ class Door:
         finally:
             asking.cancel()  # also when who asked has gone
 
-    async def _look_at(self, node: dict[str, Any], request: dict[str, Any], client: Client) -> Any:
+    async def _look_at(self, node: dict[str, Any], request: dict[str, Any], client: Client, is_own: bool) -> Any:
         if not client.may_command:
             assert self.look_openly
             await self.reach(node)
-            reply = await self.look_openly(node, request)
+            reply = await self.look_openly(node, request, client.claim)
             if reply.get("error", {}).get("data", {}).get("kind") == "unauthorized":
                 return self._error(self._refused(request["method"]))
             return {key: reply[key] for key in ("result", "error") if key in reply}
         try:
             if node["life"] not in client.wires:
-                client.wires[node["life"]] = await connect_to(node, self.token)
+                client.wires[node["life"]] = await connect_to(node, self.token, PIECE_BYTES)
             await self.reach(node)
             reader, writer = client.wires[node["life"]]
-            writer.write(self._text({"jsonrpc": "2.0", "id": 0, **request}))
-            line = await reader.readline()
+            writer.write(text_of({"jsonrpc": "2.0", "id": 0, **request}))
+            line = await read_line(reader, client.claim)
+            if not line.endswith(b"\n"):
+                raise OSError("closed")
+            if is_own and not (isinstance(request.get("params"), dict) and request["params"].get("encoding") == "bytes"):
+                return line
             reply = json.loads(line)
             result = reply.get("result")
             if isinstance(result, dict) and result.get("encoding") == "bytes":
-                rest = await reader.readexactly(int(result["bytes"]))
+                rest = await read_exactly(reader, int(result["bytes"]), client.claim)
                 if not client.takes_bytes:
                     return self._error(CamrigError("invalid_argument", "encoding: bytes come on the control socket and TCP; not by HTTP"))
                 return line + rest
@@ -322,4 +303,4 @@ class Door:
             at = self._nodes[owner]
             http, rtsp = url_of(at, f"/cameras/{camera['name']}/stream.mjpg"), url_of(at, f"/{camera['name']}", "rtsp")
             cameras.append({"camera": camera["name"], "node": owner, "http": http, "rtsp": rtsp})
-        return {"nodes": list(nodes.values()), "cameras": cameras}
+        return {"nodes": [{**node, "is_full": name in self._full} for name, node in nodes.items()], "cameras": cameras}

@@ -23,6 +23,7 @@ from yarl import URL
 
 from ...errors import CamrigError
 from ...runtime import write_command_key
+from .budget import PIECE_BYTES, Claim
 from .door import Client, Door
 from .http_access import COOKIE, check, equal_tokens, is_loopback, token_of
 from .metrics import page as metrics_page
@@ -36,8 +37,7 @@ _log.addFilter(lambda record: not (record.exc_info and isinstance(record.exc_inf
 #: Bounds: open connections; a body (aiohttp's own); then the times to send a request, to take some bytes, to wait for a node's answer and for one of /rpc.
 _MAX_CONNECTIONS, _MAX_BODY = 512, 1 << 20
 _MAX_LIVE = 64  # cameras, as the rig has it
-_MAX_ANSWER = 96 << 20  # of a node, to who may only look
-_REQUEST_S, _STALLED_S, _REPLY_S, _RPC_S, _WRONG_TOKEN_S = 10.0, 10.0, 30.0, 600.0, 0.25
+_REQUEST_S, _STALLED_S, _REPLY_S, _RPC_S = 10.0, 10.0, 30.0, 600.0
 _STATUS = {"invalid_argument": 400, "not_found": 404, "already_exists": 409, "unavailable": 503, "unsupported": 501, "resource_exhausted": 503, "unauthorized": 401}
 #: Nodes that one request is put to, one after the other, and what it looks like when one has gone.
 _MOST_TRIES = 8
@@ -56,6 +56,13 @@ def _error(kind: str, message: str, status: int | None = None) -> web.Response:
 
 def _rpc_error(kind: str, message: str) -> dict[str, Any]:
     return {"error": {"code": -32000, "message": message, "data": {"kind": kind}}}
+
+
+def _cut_off(request: web.BaseRequest, answer: web.StreamResponse) -> None:
+    """It must not look whole."""
+    answer.force_close()
+    if request.transport:
+        request.transport.abort()
 
 
 class _Refused(asyncio.Protocol):
@@ -154,7 +161,8 @@ class HttpDoor:
         except CamrigError as problem:
             return _error(problem.kind, problem.message, 403 if problem.kind == "unauthorized" else None)
         if token and not equal_tokens(shown, token):
-            await asyncio.sleep(_WRONG_TOKEN_S)
+            if shown:
+                await self._door.wrong_tokens.take(request.remote)
             return _error("unauthorized", "send 'Authorization: Bearer TOKEN' with the farm's token, or add ?token=TOKEN to the URL")
         try:
             if request.path == "/rpc":
@@ -176,19 +184,34 @@ class HttpDoor:
             return _error("unsupported", "/rpc takes POST", 405)
         if request.content_type != "application/json":
             return _error("invalid_argument", "POST /rpc needs 'Content-Type: application/json'", 415)
-        client = Client(may_command=may_command, takes_bytes=False)
+        client = Client(Claim(self._door.budget), may_command=may_command, takes_bytes=False)
         try:
             body = await asyncio.wait_for(request.read(), _REQUEST_S)
+            client.claim.grow(len(body))
             text = await asyncio.wait_for(self._door.answer(body, client), _RPC_S)
+            return await self._write(request, text) if text else web.Response(status=204)
         except web.HTTPRequestEntityTooLarge:
             return _error("resource_exhausted", f"the body is larger than {_MAX_BODY >> 10} KiB", 413)
         except asyncio.TimeoutError:
             return _error("unavailable", "the request did not come, or its answer did not, in time")
         finally:
             client.close()
-        return web.Response(body=text, content_type="application/json", headers=_OWN) if text else web.Response(status=204)
 
-    async def _look_openly(self, node: dict[str, Any], request: dict[str, Any]) -> dict[str, Any]:
+    @staticmethod
+    async def _write(request: web.BaseRequest, text: bytes) -> web.StreamResponse:
+        """To the end, so that it can be let go of."""
+        answer = web.StreamResponse(headers={"Content-Type": "application/json; charset=utf-8", **_OWN})
+        answer.content_length = len(text)
+        await answer.prepare(request)
+        try:
+            for begin in range(0, len(text), PIECE_BYTES):
+                await asyncio.wait_for(answer.write(text[begin : begin + PIECE_BYTES]), _STALLED_S)
+            await answer.write_eof()
+        except asyncio.TimeoutError:
+            _cut_off(request, answer)
+        return answer
+
+    async def _look_openly(self, node: dict[str, Any], request: dict[str, Any], claim: Claim) -> dict[str, Any]:
         asked = json.dumps({"jsonrpc": "2.0", **request, "id": 0}, ensure_ascii=False, separators=(",", ":")).encode()
         if len(asked) > _MAX_BODY:
             return _rpc_error("invalid_argument", "the request is too long")
@@ -196,9 +219,8 @@ class HttpDoor:
             async with self._session.post(url_of(node, "/rpc"), data=asked, headers={"Content-Type": "application/json"}) as reply:
                 text = bytearray()
                 async for some in reply.content.iter_any():
+                    claim.grow(len(some))
                     text += some
-                    if len(text) > _MAX_ANSWER:
-                        return _rpc_error("resource_exhausted", "the answer is too long")
         except (aiohttp.ClientError, asyncio.TimeoutError) as problem:
             raise CamrigError("unavailable", f"{request['method']}: the node has gone ({problem}); ask again") from None
         answer = json.loads(text)
@@ -302,8 +324,5 @@ class HttpDoor:
                 await asyncio.wait_for(made.write(some), _STALLED_S)
             await made.write_eof()
         except (aiohttp.ClientError, asyncio.TimeoutError, CamrigError, ConnectionError):
-            # What is cut off must not look whole.
-            made.force_close()
-            if request.transport:
-                request.transport.abort()
+            _cut_off(request, made)
         return made

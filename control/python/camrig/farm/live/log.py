@@ -15,7 +15,7 @@ import sys
 import time
 import urllib.parse
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Awaitable, Callable, TypeVar
 
 import nats
 import nats.errors
@@ -32,6 +32,9 @@ MAX_ENTRY_BYTES = 1_000_000
 _MAX_TOLD = 1024
 #: So long nothing is said of a bus that is not there.
 _PATIENCE_S = 5.0
+#: What a cluster of NATS servers says that do not know each other yet.
+_NO_PEERS = 10005
+_T = TypeVar("_T")
 
 
 class Overtaken(Exception):
@@ -74,6 +77,19 @@ async def connect(urls: str) -> Bus:
     return await joining
 
 
+async def _patiently(ask: Callable[[], Awaitable[_T]]) -> _T:
+    """Again, while JetStream has no leader: its servers have just started, or one has died."""
+    while True:
+        try:
+            return await ask()
+        except (asyncio.TimeoutError, nats.errors.NoRespondersError, nats.js.errors.NoStreamResponseError, nats.js.errors.ServiceUnavailableError):
+            pass
+        except nats.js.errors.BadRequestError as problem:
+            if problem.err_code != _NO_PEERS:
+                raise
+        await asyncio.sleep(0.1)
+
+
 class CommandLog:
     """Reads by number, writes behind the last."""
 
@@ -86,8 +102,8 @@ class CommandLog:
         config = StreamConfig(
             name=self._subjects.stream, subjects=[self._subjects.log], storage=StorageType.FILE, num_replicas=self._replicas, duplicate_window=120.0, deny_delete=True
         )
-        with contextlib.suppress(nats.js.errors.BadRequestError):
-            await self._stream.add_stream(config)
+        with contextlib.suppress(nats.js.errors.BadRequestError):  # that it is there
+            await _patiently(lambda: self._stream.add_stream(config))
 
     async def last(self) -> int:
         return (await self._stream.stream_info(self._subjects.stream)).state.last_seq
@@ -96,7 +112,7 @@ class CommandLog:
         """By its number: an ordered consumer stands still for 20 s when the stream's leader dies."""
         if number in self._told:
             return self._told.pop(number)
-        message = await self._stream.get_msg(self._subjects.stream, number)
+        message = await _patiently(lambda: self._stream.get_msg(self._subjects.stream, number))
         return json.loads(message.data)
 
     def tell(self, number: int, entry: dict[str, Any]) -> None:
@@ -130,9 +146,9 @@ class Lease:
     async def open(self) -> None:
         stream = self._bus.jetstream(timeout=1.0)
         try:
-            self._store = await stream.create_key_value(bucket=self._bucket, history=1, replicas=self._replicas)
+            self._store = await _patiently(lambda: stream.create_key_value(bucket=self._bucket, history=1, replicas=self._replicas))
         except nats.js.errors.BadRequestError:
-            self._store = await stream.key_value(self._bucket)
+            self._store = await _patiently(lambda: stream.key_value(self._bucket))
 
     def is_held(self) -> bool:
         """With a margin: who was stopped in between must not think so."""

@@ -34,7 +34,7 @@ def merged(pages: dict[str, str]) -> str:
     return "".join("\n".join([*heads, *samples]) + "\n" for heads, samples in metrics.values())
 
 
-def of_farm(nodes: dict[str, dict[str, Any]], answered: Iterable[str], owners: dict[str, str]) -> str:
+def of_farm(nodes: dict[str, dict[str, Any]], answered: Iterable[str], owners: dict[str, str], full: Iterable[str]) -> str:
     """``answered``: nodes whose own page came."""
     lines: list[str] = []
 
@@ -52,8 +52,16 @@ def of_farm(nodes: dict[str, dict[str, Any]], answered: Iterable[str], owners: d
     each("camrig_farm_node_clock_bound_seconds", "By how much that may be wrong.", "clock_bound_ms", 1e-3)
     costs = {node: round(sum(report.get("costs", {}).values()), 4) for node, report in nodes.items()}
     metric("camrig_farm_node_cost_cores", "gauge", "Of the cameras that it draws.", ((f'node="{node}"', cost) for node, cost in costs.items()))
+    metric("camrig_farm_node_full", "gauge", "1: has more cameras than its cores can draw, and no other node has room.", ((f'node="{node}"', int(node in full)) for node in nodes))
     metric("camrig_farm_camera_owner", "gauge", "Which node a camera is read from.", ((f'node="{node}",camera="{camera}"', 1) for camera, node in owners.items()))
     return "\n".join(lines) + "\n"
+
+
+def of_door(door: Door) -> str:
+    return ("# HELP camrig_farm_door_wrong_tokens_total Shown to this door.\n# TYPE camrig_farm_door_wrong_tokens_total counter\n"
+            f"camrig_farm_door_wrong_tokens_total {door.wrong_tokens.count}\n"
+            "# HELP camrig_farm_door_bytes Requests and answers of clients that are on their way through this door.\n# TYPE camrig_farm_door_bytes gauge\n"
+            f"camrig_farm_door_bytes {door.budget.used}\n")
 
 
 async def page(door: Door, session: aiohttp.ClientSession) -> str:
@@ -64,7 +72,7 @@ async def page(door: Door, session: aiohttp.ClientSession) -> str:
 
 async def _page(door: Door, session: aiohttp.ClientSession) -> str:
     nodes = door.nodes()
-    status = await door.call("farm.status") if nodes else {"cameras": []}
+    status = await door.call("farm.status") if nodes else {"nodes": [], "cameras": []}
     at_once = asyncio.Semaphore(_AT_ONCE)
 
     async def of_node(report: dict[str, Any]) -> str | None:
@@ -81,4 +89,5 @@ async def _page(door: Door, session: aiohttp.ClientSession) -> str:
 
     answered = zip(nodes, await asyncio.gather(*map(of_node, nodes.values())))
     pages = {node: text for node, text in answered if text is not None}
-    return of_farm(nodes, pages, {camera["camera"]: camera["node"] for camera in status["cameras"]}) + merged(pages)
+    owners, full = {camera["camera"]: camera["node"] for camera in status["cameras"]}, {node["node"] for node in status["nodes"] if node["is_full"]}
+    return of_door(door) + of_farm(nodes, pages, owners, full) + merged(pages)

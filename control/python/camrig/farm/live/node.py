@@ -24,11 +24,13 @@ from .costs import COST_S, Costs
 from .daemon import Daemon, NodeOptions
 from .feed import Feed
 from .log import LEASE_S, RENEW_S, CommandLog, Lease, Subjects, connect
-from .sequencer import Sequencer
+from .roster import REPORT_S
+from .sequencer import MARK_S, Sequencer
 from .wire import Wire
 
-REPORT_S = 0.5
 CLOCK_S = 1.0
+#: Marks come so often while somebody has the lease and the bus is there.
+_QUIET_S = 4 * MARK_S
 #: So many questions to the bus, one after the other, that find no answer: then this node's cameras are others'.
 _MOST_UNANSWERED, _ANSWER_S = 3, LEASE_S / 4
 #: Who leaves goes on so long, for those who read from it to be told of another.
@@ -53,47 +55,54 @@ class Node:
         self._clock_is_off = False
         self._unanswered = 0
         self._costs: dict[str, float] = {}
-        self._leaves = self._was_there = False
+        self.leaves = self._was_there = False
+        self.daemon: Daemon | None = None
+        self._tasks: list[asyncio.Task[None]] = []
 
     async def run(self) -> int:
         """Until it is told to stop: _ENDED, also when that was for being different. _CUT_OFF: another may take its place at once."""
-        self.bus = await connect(self.options.nats)  # a rig without a log would show the world's beginning
-        self.daemon = Daemon(self.options)
-        tasks: list[asyncio.Task[None]] = []
+        working = asyncio.ensure_future(self._work())
         try:
-            await self.daemon.start()
-            self.wire = await Wire.open({"control": self.daemon.control})
-            self.identity = await self.wire.call("rig.identity")
-            self.log = CommandLog(self.bus, self.subjects, self.options.replicas)
-            await self.log.open()
-            self.feed = Feed(self.log, self.wire, self.identity, self.options.clock)
-            self.lease = Lease(self.bus, self.subjects, self.options.name, self.options.replicas)
-            await self.lease.open()
-            self.sequencer = Sequencer(self.bus, self.subjects, self.log, self.lease, self.feed, self.identity, self.options.lead_ms, self.options.clock)
-            await self.bus.subscribe(self.subjects.mark, cb=self._on_mark)
-            await self.bus.subscribe(self.subjects.stop, cb=self._on_stop)
-            work = (self._follow(), self._report(), self._digests(), self._keep(), self._watch(), self._watch_bus(), self._compare_clock(), self._tell_costs())
-            tasks = [asyncio.create_task(each) for each in work]
-            await asyncio.wait([*tasks, self._stop], return_when=asyncio.FIRST_COMPLETED)
-            for task in tasks:
-                if task.done() and task.exception():
-                    raise task.exception()  # type: ignore[misc]
+            await asyncio.wait([working, self._stop], return_when=asyncio.FIRST_COMPLETED)
+            if working.done():
+                working.result()
             code, why = self._stop.result() if self._stop.done() else (_ENDED, "its rig has ended")
             print(f"camrig farm: node {self.options.name} stops: {why}", file=sys.stderr, flush=True)
             return code
         finally:
-            await self.daemon.kill()
-            if hasattr(self, "sequencer"):
-                tasks += self.sequencer.tasks
-            for task in tasks:
+            working.cancel()  # it may wait for a bus that never comes
+            if self.daemon:
+                await self.daemon.kill()
+            for task in self._tasks + (self.sequencer.tasks if hasattr(self, "sequencer") else []):
                 task.cancel()
-            # Not wait_for(): what nats-py does in close() while it makes a connection anew does not end when it is cancelled.
-            await asyncio.wait([asyncio.ensure_future(self.bus.close())], timeout=_ANSWER_S)
+            if hasattr(self, "bus"):
+                # Not wait_for(): what nats-py does in close() while it makes a connection anew does not end when it is cancelled.
+                await asyncio.wait([asyncio.ensure_future(self.bus.close())], timeout=_ANSWER_S)
+
+    async def _work(self) -> None:
+        """Until one part of it ends, or fails."""
+        self.bus = await connect(self.options.nats)  # a rig without a log would show the world's beginning
+        self.daemon = Daemon(self.options)
+        await self.daemon.start()
+        self.wire = await Wire.open({"control": self.daemon.control})
+        self.identity = await self.wire.call("rig.identity")
+        self.log = CommandLog(self.bus, self.subjects, self.options.replicas)
+        await self.log.open()
+        self.feed = Feed(self.log, self.wire, self.identity, self.options.clock)
+        self.lease = Lease(self.bus, self.subjects, self.options.name, self.options.replicas)
+        await self.lease.open()
+        self.sequencer = Sequencer(self.bus, self.subjects, self.log, self.lease, self.feed, self.identity, self.options.lead_ms, self.options.clock)
+        await self.bus.subscribe(self.subjects.mark, cb=self._on_mark)
+        await self.bus.subscribe(self.subjects.stop, cb=self._on_stop)
+        parts = (self._follow(), self._report(), self._digests(), self._keep(), self._watch(), self._watch_bus(), self._compare_clock(), self._tell_costs())
+        self._tasks = [asyncio.create_task(each) for each in parts]
+        for ended in (await asyncio.wait(self._tasks, return_when=asyncio.FIRST_COMPLETED))[0]:
+            ended.result()
 
     def leave(self) -> None:
         """Its cameras are told to be others' before they end here."""
-        if not self._leaves:
-            self._leaves = True
+        if not self.leaves:
+            self.leaves = True
             self._farewell = asyncio.get_running_loop().create_task(self._say_farewell())
 
     async def _say_farewell(self) -> None:
@@ -153,12 +162,12 @@ class Node:
         ready = self.daemon.ready
         report = {"node": self.options.name, "life": self._life, "at": time.monotonic(), "pid": os.getpid(), "rig_pid": self.daemon.process.pid,
                   **{key: ready.get(key) for key in ("control", "http", "rtsp", "tcp", "host")}, "applied": self.feed.applied,
-                  "is_sequencer": self.sequencer.is_active, "term": self.lease.term, "leaves": self._leaves, "is_behind": self._is_behind(), **more}
+                  "is_sequencer": self.sequencer.is_active, "term": self.lease.term, "leaves": self.leaves, "is_behind": self._is_behind(), **more}
         if offset := self._offset():
             report |= {"clock_ahead_ms": round(offset.ahead_s * 1e3, 3), "clock_bound_ms": round(offset.bound_s * 1e3, 3), "clock_is_off": self._clock_is_off}
-        report |= {"cores": len(os.sched_getaffinity(0)), "costs": self._costs, "moved_by": self.feed.moved_by}
+        report |= {"cores": self.options.cores, "costs": self._costs, "moved_by": self.feed.moved_by}
         if self.sequencer.is_active:
-            report["moved"] = self.feed.moved
+            report |= {"moved": self.feed.moved, "full": sorted(self.sequencer.full)}
         await self.bus.publish(self.subjects.report, json.dumps(report).encode())
 
     def _is_behind(self) -> bool:
@@ -173,11 +182,15 @@ class Node:
         return Offset(0.0, 0.0) if self.sequencer.is_active else self._comparison.best()
 
     async def _keep(self) -> None:
-        while not self._leaves:
-            if self.lease.is_held() or self._may_lead():
+        while not self.leaves:
+            if self.lease.is_held() or self._is_quiet() and self._may_lead():
                 await self.lease.keep()
-            await asyncio.sleep(RENEW_S)
+            await asyncio.sleep(RENEW_S if self.lease.is_held() else RENEW_S / 2)
         await asyncio.Event().wait()
+
+    def _is_quiet(self) -> bool:
+        """Whoever marks has the lease, so there is no need to ask for it."""
+        return time.monotonic() - self._heard > _QUIET_S
 
     def _may_lead(self) -> bool:
         """Not with a clock that is not the others', and who has not caught up only if nobody else does."""
@@ -197,10 +210,11 @@ class Node:
         await self.bus.subscribe(own, cb=hear)
         while True:
             heard.clear()
-            # Not Client.flush() with a timeout: a late PONG for one that has timed out ends nats-py's reading (2.16, InvalidStateError).
-            await self.bus.publish(own, b"")
+            if is_quiet := self._is_quiet():
+                # Not Client.flush() with a timeout: a late PONG for one that has timed out ends nats-py's reading (2.16, InvalidStateError).
+                await self.bus.publish(own, b"")
             await asyncio.sleep(_ANSWER_S)
-            self._unanswered = 0 if heard.is_set() else self._unanswered + 1
+            self._unanswered = 0 if heard.is_set() or not is_quiet else self._unanswered + 1
             if self._unanswered == _MOST_UNANSWERED:
                 self._end(_CUT_OFF, "it is cut off from the farm's bus; its rig ends, and it comes back when the bus does")
 
@@ -235,5 +249,8 @@ async def run_node(options: NodeOptions) -> int:
         node = Node(options)
         for end in (signal.SIGTERM, signal.SIGINT):
             loop.add_signal_handler(end, node.leave)
-        if (code := await node.run()) != _CUT_OFF:
+        code = await node.run()
+        if node.leaves:  # perhaps while it was cut off
+            return _ENDED
+        if code != _CUT_OFF:
             return code

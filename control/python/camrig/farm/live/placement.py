@@ -25,14 +25,25 @@ def owner_of(camera: str, nodes: Sequence[str], moved: Mapping[str, str] = {}) -
     return moved[camera] if moved.get(camera) in nodes else order_of(camera, nodes)[0]
 
 
+def loads_of(costs: Mapping[str, float], nodes: Sequence[str], moved: Mapping[str, str]) -> dict[str, float]:
+    """Of each node, in cores."""
+    load = dict.fromkeys(nodes, 0.0)
+    for camera, cost in costs.items() if nodes else ():
+        load[owner_of(camera, nodes, moved)] += cost
+    return load
+
+
+def full_of(costs: Mapping[str, float], cores: Mapping[str, float], moved: Mapping[str, str]) -> dict[str, float]:
+    """Nodes that have more than they should, and how much."""
+    return {node: load for node, load in loads_of(costs, sorted(cores), moved).items() if load > FULL * cores[node]}
+
+
 def moves(costs: Mapping[str, float], cores: Mapping[str, float], moved: Mapping[str, str]) -> dict[str, str]:
     """The new table of exceptions. ``costs``: of cameras that are watched, in cores; ``cores``: of the nodes that can have cameras."""
     nodes = sorted(cores)
     table = {camera: node for camera, node in moved.items() if node in cores}
-    load = dict.fromkeys(nodes, 0.0)
-    for camera, cost in costs.items() if nodes else ():
-        load[owner_of(camera, nodes, table)] += cost
-    for node in [node for node in nodes if load[node] > FULL * cores[node]]:
+    load = loads_of(costs, nodes, table)
+    for node in full_of(costs, cores, table):
         own = [camera for camera in costs if owner_of(camera, nodes, table) == node]
         for camera in sorted(own, key=lambda camera: (costs[camera], camera)):
             if load[node] <= ROOM * cores[node]:

@@ -7,6 +7,8 @@ from typing import Any, Mapping
 
 from .log import LEASE_S
 
+#: So often a node reports.
+REPORT_S = 0.5
 #: A report that was so much longer on its way than the quickest waited in a link that was down, and says nothing of now.
 _LATE_S = LEASE_S / 4
 _MAX_LIVES = 4096

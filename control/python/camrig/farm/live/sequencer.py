@@ -21,11 +21,12 @@ import nats.js.errors
 from ...errors import CamrigError
 from .clock import WallClock
 from .feed import Feed
-from .log import MAX_ENTRY_BYTES, CommandLog, Lease, Overtaken, Subjects
-from .placement import is_placeable, moves
-from .roster import Roster
+from .log import MAX_ENTRY_BYTES, RENEW_S, CommandLog, Lease, Overtaken, Subjects
+from .placement import full_of, is_placeable, moves
+from .roster import REPORT_S, Roster
 
-MARK_S = 0.02
+#: Marks come so often, or three in a lead that is shorter: the longer between them the less they cost, and the less time is left for one to be late.
+MARK_S, _LEAST_MARK_S = 1 / 30, 0.005
 _SHORT_LEAD_NS = 50_000_000
 #: Marks carry entries that are no longer, so that nodes need not ask the log for them; and so many.
 _TOLD_BYTES, _MAX_UNTOLD = 4096, 64
@@ -35,10 +36,15 @@ PLACE_S = 5.0
 STEP_TIMEOUT_S = 60.0
 
 
+class NotNow(Exception):
+    """The command may be in the log or not. Asked again, with its id, it is in it once."""
+
+
 class Sequencer:
     def __init__(self, bus: Any, subjects: Subjects, log: CommandLog, lease: Lease, feed: Feed, identity: dict[str, Any], lead_ms: float, clock: WallClock) -> None:
         self._bus, self._subjects, self._log, self._lease, self._feed = bus, subjects, log, lease, feed
         self._identity, self._lead_ns, self._clock = identity, int(lead_ms * 1e6), clock
+        self._mark_s = min(MARK_S, max(_LEAST_MARK_S, lead_ms / 3e3))
         self._is_lockstep = identity["mode"] == "lockstep"
         self._order = asyncio.Lock()
         self._last = 0  # entry
@@ -47,19 +53,20 @@ class Sequencer:
         self._closed_ns = -1
         self._epoch_utc_ns = 0
         self._nodes = Roster()
+        self._hearing: list[Any] = []  # while it is active: others need not be told what they do not use
+        self._hears_since = 0.0
         self._digests: dict[int, dict[str, tuple[str, dict[str, str]]]] = collections.OrderedDict()
         self._different: set[str] = set()
         self.is_active = False
+        self.full: set[str] = set()  #: nodes that can give no camera away and should
         self.tasks = [asyncio.create_task(self._run()), asyncio.create_task(self._place())]
 
     async def _run(self) -> None:
-        await self._bus.subscribe(self._subjects.report, cb=self._on_report)
-        await self._bus.subscribe(self._subjects.command, cb=self._spawn)
-        await self._bus.subscribe(self._subjects.clock, cb=self._tell_time)
         while True:
             now_ns = self._clock.now_ns() - self._epoch_utc_ns  # before the lease is looked at: who was stopped in between marks what is past
             if not self._lease.is_held():
                 self.is_active = False
+                await self._deafen()
             elif not self.is_active:
                 try:
                     await self._take_over()
@@ -67,7 +74,22 @@ class Sequencer:
                     pass  # tried again while the lease is held
             else:
                 await self._mark(now_ns)
-            await asyncio.sleep(MARK_S)
+            await asyncio.sleep(self._mark_s if self._lease.is_held() else RENEW_S / 5)
+
+    async def _hear(self) -> None:
+        if not self._hearing:
+            self._hears_since = time.monotonic()
+            for subject, do in ((self._subjects.report, self._on_report), (self._subjects.command, self._spawn), (self._subjects.clock, self._tell_time)):
+                self._hearing.append(await self._bus.subscribe(subject, cb=do))
+
+    async def _deafen(self) -> None:
+        while self._hearing:
+            with contextlib.suppress(nats.errors.Error):
+                await self._hearing.pop().unsubscribe()
+
+    def _knows_all(self) -> float:
+        """From when on every node that lives has been heard."""
+        return self._hears_since + 2 * REPORT_S
 
     async def _tell_time(self, message: Any) -> None:
         if self.is_active:
@@ -80,6 +102,7 @@ class Sequencer:
 
     async def _take_over(self) -> None:
         """Reads the log to its end: what comes now comes behind it, and after every time that the one before can have closed."""
+        await self._hear()
         self._last = await self._log.last()
         if self._last == 0:
             entry = {"kind": "begin", "id": uuid.uuid4().hex, "term": self._lease.term, "at_ns": 0, "epoch_utc_ns": self._clock.now_ns() + 200_000_000,
@@ -113,6 +136,8 @@ class Sequencer:
             reply = await self._do(asked)
         except CamrigError as problem:
             reply = {"error": {"code": -32000, "message": problem.message, "data": {"kind": problem.kind}}}
+        except NotNow:
+            reply = {}
         await message.respond(json.dumps(reply).encode())
 
     async def _do(self, asked: dict[str, Any]) -> dict[str, Any]:
@@ -135,7 +160,7 @@ class Sequencer:
             if entry["kind"] == "step":
                 await self._wait_for_nodes(number)
         try:
-            reply = await asyncio.wait_for(asyncio.shield(self._feed.result(number)), STEP_TIMEOUT_S)
+            reply = await asyncio.wait_for(self._feed.answers.of(number), STEP_TIMEOUT_S)
         except asyncio.TimeoutError:
             raise CamrigError("unavailable", f"{asked['method']}: is number {number} of the log, and the world has not come to it") from None
         return {"at_ns": entry["at_ns"], **{key: reply[key] for key in ("result", "error") if key in reply}}
@@ -158,11 +183,11 @@ class Sequencer:
                 return await self._log.append(entry, self._last)
             except Overtaken:
                 self.is_active = False  # read the log again
-                raise CamrigError("unavailable", "the farm has another sequencer now; send it again") from None
+                raise NotNow from None
             except (nats.errors.Error, nats.js.errors.Error, asyncio.TimeoutError):
                 await asyncio.sleep(0.1)
         self.is_active = False
-        raise CamrigError("unavailable", "the farm's log cannot be written now; it is not known whether this command comes")
+        raise NotNow
 
     def _live(self) -> list[str]:
         return [name for name in self._nodes.live() if name not in self._different]
@@ -170,6 +195,7 @@ class Sequencer:
     async def _wait_for_nodes(self, number: int) -> None:
         """A step is done when it is done on every node that lives."""
         deadline = time.monotonic() + STEP_TIMEOUT_S
+        await asyncio.sleep(max(0.0, self._knows_all() - time.monotonic()))
         while late := [name for name in self._live() if self._nodes[name]["applied"] < number]:
             if time.monotonic() > deadline:
                 raise CamrigError("unavailable", f"the step waits for node {', '.join(late)}")
@@ -179,21 +205,29 @@ class Sequencer:
         """Takes cameras from a node that is full. What everybody sees of it is an entry of the log."""
         while True:
             await asyncio.sleep(PLACE_S)
-            if not self.is_active or self._feed.applied < self._last:
+            if not self.is_active or self._feed.applied < self._last or time.monotonic() < self._knows_all():
                 continue
             there = {name: self._nodes[name] for name in self._live() if is_placeable(self._nodes[name])}
             costs: dict[str, float] = {}
             for report in there.values():
                 for camera, cost in report.get("costs", {}).items():
                     costs[camera] = costs.get(camera, 0.0) + cost
-            moved = moves(costs, {name: report["cores"] for name, report in there.items()}, self._feed.moved)
+            cores = {name: report["cores"] for name, report in there.items()}
+            moved = moves(costs, cores, self._feed.moved)
+            self._tell_full(full_of(costs, cores, moved), cores)
             if moved == self._feed.moved:
                 continue
-            with contextlib.suppress(CamrigError):
+            with contextlib.suppress(NotNow):
                 async with self._order:
                     entry = {"kind": "owners", "id": uuid.uuid4().hex, "term": self._lease.term, "at_ns": self._time_for_command(), "moved": moved}
                     self._last = await self._append(entry)
                     self._last_at_ns = entry["at_ns"]
+
+    def _tell_full(self, full: dict[str, float], cores: dict[str, float]) -> None:
+        for name in full.keys() - self.full:
+            print(f"camrig farm: node {name} is full: its cameras that are watched take {full[name]:.2f} of {cores[name]:g} cores, and no other node has room for one; "
+                  "pictures will be left out (overload) until there are more nodes", file=sys.stderr, flush=True)
+        self.full = set(full)
 
     async def _on_report(self, message: Any) -> None:
         report = json.loads(message.data)
@@ -205,7 +239,7 @@ class Sequencer:
             of_time[report["node"]] = (digest["hash"], report["parts"])
             while len(self._digests) > 30:
                 self._digests.pop(next(iter(self._digests)))
-            if self.is_active:
+            if self.is_active and all(name in of_time or self._nodes[name]["is_behind"] for name in self._live()):
                 await self._compare(at_ns, of_time)
 
     async def _compare(self, at_ns: int, of_time: dict[str, tuple[str, dict[str, str]]]) -> None:

@@ -14,17 +14,18 @@ import socket
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any, AsyncIterator, Sequence
+from typing import Any, AsyncIterator, Coroutine, Sequence
 
 from ...command_line import Parser, read_token
 from ...errors import CamrigError
 from .clock import WallClock
-from .daemon import NodeOptions
+from .daemon import NodeOptions, die_with_parent
 from .door import Door
 from .http_access import is_loopback
 from .http_door import HttpDoor, serve_metrics, session_of
 from .log import Subjects, connect
 from .node import run_node
+from .socket_door import SocketDoor
 
 
 #: For nodes to start and come to where the world is.
@@ -58,8 +59,10 @@ class Farm:
             url = self._options.nats or await self._start_bus()
             bus = await connect(url)
             self._url = url
-            self.door = Door(bus, Subjects(self._options.farm), self._options.control or os.path.join(self._folder.name, "farm.sock"))
+            self.door = Door(bus, Subjects(self._options.farm))
             await self.door.open()
+            control = self._options.control or os.path.join(self._folder.name, "farm.sock")
+            await SocketDoor(self.door).open(control)
             for _ in range(self._options.nodes):
                 await self._start_node()
             await self._wait_for(self._options.nodes)
@@ -67,7 +70,7 @@ class Farm:
             for camera in json.loads(Path(self._options.cameras).read_text()) if self._options.cameras else []:
                 await self.door.call("camera.create", **camera)
             async with _http_of(self.door, self._options) as http:
-                _tell_ready({"control": self.door.path, "nats": url, "nodes": sorted(self._children)}, http, self._options)
+                _tell_ready({"control": control, "nats": url, "nodes": sorted(self._children)}, http, self._options)
                 await self.door.ended.wait()
             return 0
         finally:
@@ -76,6 +79,7 @@ class Farm:
                     with contextlib.suppress(ProcessLookupError):
                         child.terminate()
                 await asyncio.gather(*(child.wait() for child in children))
+            self._folder.cleanup()
 
     async def _all_there(self, count: int) -> None:
         while len(self.door.owners()) < count or not any(one["is_sequencer"] for one in self.door.nodes().values()):
@@ -107,7 +111,8 @@ class Farm:
     async def _start_bus(self) -> str:
         port = _free_port()
         store = self._options.store or os.path.join(self._folder.name, "jetstream")
-        self._bus_server = await asyncio.create_subprocess_exec(find_nats_server(), "-js", "-sd", store, "-a", "127.0.0.1", "-p", str(port), stderr=asyncio.subprocess.DEVNULL)
+        command = [find_nats_server(), "-js", "-sd", store, "-a", "127.0.0.1", "-p", str(port)]
+        self._bus_server = await asyncio.create_subprocess_exec(*command, stderr=asyncio.subprocess.DEVNULL, preexec_fn=die_with_parent)
         return f"nats://127.0.0.1:{port}"
 
     async def _start_node(self) -> None:
@@ -118,7 +123,7 @@ class Farm:
                    "--mode", options.mode, "--lead-ms", str(options.lead_ms), "--max-skew-ms", str(options.max_skew_ms)]
         command += ["--seed", str(options.seed)] if options.seed is not None else []
         command += [f"--arg={each}" for each in options.arg]
-        self._children[name] = child = await asyncio.create_subprocess_exec(*command)
+        self._children[name] = child = await asyncio.create_subprocess_exec(*command, preexec_fn=die_with_parent)
         asyncio.create_task(self._replace(name, child))
 
     async def _replace(self, name: str, child: asyncio.subprocess.Process) -> None:
@@ -180,6 +185,13 @@ def _address(text: str) -> tuple[str, int]:
     return host.strip("[]"), int(port)
 
 
+def _cores(text: str) -> float:
+    with contextlib.suppress(ValueError):
+        if 0 < (cores := float(text)) < 1e4:
+            return cores
+    raise argparse.ArgumentTypeError(f"'{text}' is not a number of cores")
+
+
 def _scene_options(parser: argparse.ArgumentParser) -> None:
     _farm_option(parser)
     parser.add_argument("--scene", required=True, help="as camrig serve takes it; the same files on every node")
@@ -201,13 +213,15 @@ async def _up(options: argparse.Namespace) -> int:
 
 async def _door(options: argparse.Namespace) -> int:
     token = read_token(options.token_file) if options.token_file else None
-    door = Door(await connect(options.nats), Subjects(options.farm), options.control, token)
+    door = Door(await connect(options.nats), Subjects(options.farm), token)
     for end in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(end, door.ended.set)
     await door.open()
-    facts = {"control": door.path, "nats": options.nats}
+    sockets = SocketDoor(door)
+    await sockets.open(options.control)
+    facts = {"control": options.control, "nats": options.nats}
     if options.tcp:
-        facts["tcp"] = f"{options.tcp[0]}:{await door.listen(*options.tcp)}"
+        facts["tcp"] = f"{options.tcp[0]}:{await sockets.listen(*options.tcp)}"
     async with _http_of(door, options) as http:
         _tell_ready(facts, http, options)
         await door.ended.wait()
@@ -226,7 +240,7 @@ def up(arguments: Sequence[str]) -> int:
     options = parser.parse_args(arguments)
     if not is_loopback(options.http[0]):
         parser.error("--http: of loopback only; beyond it camrig farm door --http serves, with --token-file")
-    return asyncio.run(_up(options))
+    return _run(_up(options))
 
 
 def door(arguments: Sequence[str]) -> int:
@@ -243,7 +257,7 @@ def door(arguments: Sequence[str]) -> int:
         parser.error("--tcp: give --token-file too")
     if options.http and not options.token_file and not is_loopback(options.http[0]):
         parser.error("--http: beyond loopback give --token-file too")
-    return asyncio.run(_door(options))
+    return _run(_door(options))
 
 
 def node(arguments: Sequence[str]) -> int:
@@ -256,13 +270,20 @@ def node(arguments: Sequence[str]) -> int:
     parser.add_argument("--token-file", help="as of camrig serve, the same token on all nodes; with --host")
     parser.add_argument("--http", type=int, default=0, help="port; 0: any free one")
     parser.add_argument("--rtsp", type=int, default=0)
+    parser.add_argument("--cores", type=_cores, help="of this machine that its cameras may take; default: all that it may use")
     parser.add_argument("--clock-ahead-ms", type=float, default=0.0, help="for tests: what this node takes for its wall clock is so far ahead")
     given = parser.parse_args(arguments)
     if given.host and not given.token_file:
         parser.error("--host: give --token-file too")
+    cores = {} if given.cores is None else {"cores": given.cores}
     options = NodeOptions(given.name, given.farm, given.nats, given.scene, given.mode, given.seed, given.lead_ms, given.max_skew_ms,
                           WallClock(round(given.clock_ahead_ms * 1e6)), given.host, given.token_file, given.http, given.rtsp, given.replicas,
-                          tuple(given.arg))
-    code = asyncio.new_event_loop().run_until_complete(run_node(options))
+                          args=tuple(given.arg), **cores)
+    return _run(run_node(options))
+
+
+def _run(main: Coroutine[Any, Any, int]) -> int:
+    """Ends the program: asyncio.run() would wait for the tasks of a connection to a bus that has gone."""
+    code = asyncio.new_event_loop().run_until_complete(main)
     sys.stdout.flush()
-    os._exit(code)  # asyncio.run() would wait for the tasks of a connection to a bus that has gone
+    os._exit(code)

@@ -11,6 +11,7 @@ from typing import Any, Mapping
 from ...errors import CamrigError, error_of_reply
 
 _MAX_LINE = 96 << 20
+_text = json.JSONEncoder(separators=(",", ":")).encode
 CONNECT_S = 2.0
 
 
@@ -20,11 +21,11 @@ def url_of(report: Mapping[str, Any], target: str, scheme: str = "http") -> str:
     return f"{scheme}://{host}:{report[scheme]}{target}"
 
 
-async def connect_to(report: Mapping[str, Any], token: str | None) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+async def connect_to(report: Mapping[str, Any], token: str | None, limit: int = _MAX_LINE) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
     """To the rig of a node, by what it reports: over TCP where it has a port and we the token, else by its socket on this machine."""
     if not report.get("tcp") or not token:
-        return await asyncio.open_unix_connection(report["control"], limit=_MAX_LINE)
-    reader, writer = await asyncio.wait_for(asyncio.open_connection(report["host"], report["tcp"], limit=_MAX_LINE), CONNECT_S)
+        return await asyncio.open_unix_connection(report["control"], limit=limit)
+    reader, writer = await asyncio.wait_for(asyncio.open_connection(report["host"], report["tcp"], limit=limit), CONNECT_S)
     writer.write(json.dumps({"jsonrpc": "2.0", "id": 0, "method": "auth", "params": {"token": token}}).encode() + b"\n")
     reply = json.loads(await asyncio.wait_for(reader.readline(), CONNECT_S))
     if "error" in reply:
@@ -39,7 +40,7 @@ class Wire:
     def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._reader, self._writer = reader, writer
         self._ids = itertools.count(1)
-        self._waiting: collections.deque[asyncio.Future[Any]] = collections.deque()
+        self._waiting: collections.deque[asyncio.Future[bytes]] = collections.deque()
         self._task = asyncio.create_task(self._read())
 
     @classmethod
@@ -49,15 +50,23 @@ class Wire:
         except (OSError, ValueError, asyncio.TimeoutError) as problem:
             raise CamrigError("unavailable", f"no rig at {report['control']} ({problem})") from problem
 
-    def send(self, message: Any) -> asyncio.Future[Any]:
-        """The answer, as parsed JSON, of a request or a batch."""
-        answer: asyncio.Future[Any] = asyncio.get_running_loop().create_future()
+    def send(self, message: Any) -> asyncio.Future[bytes]:
+        """The answer to a request or a batch, as the line that it is."""
+        answer: asyncio.Future[bytes] = asyncio.get_running_loop().create_future()
         if self._task.done():
             answer.set_exception(CamrigError("unavailable", "the rig closed the connection"))
             return answer
         self._waiting.append(answer)
-        self._writer.write(json.dumps(message, separators=(",", ":")).encode() + b"\n")
+        self._write(message)
         return answer
+
+    def tell(self, notification: dict[str, Any]) -> None:
+        """Nothing answers it."""
+        if not self._task.done():
+            self._write(notification)
+
+    def _write(self, message: Any) -> None:
+        self._writer.write(_text(message).encode() + b"\n")
 
     @property
     def unanswered(self) -> int:
@@ -67,7 +76,7 @@ class Wire:
         return {"jsonrpc": "2.0", "id": next(self._ids), "method": method, "params": params}
 
     async def call(self, method: str, **params: Any) -> Any:
-        reply = await self.send(self.request(method, params))
+        reply = json.loads(await self.send(self.request(method, params)))
         if "error" in reply:
             raise error_of_reply(method, reply["error"])
         return reply["result"]
@@ -77,7 +86,7 @@ class Wire:
             while line := await self._reader.readline():
                 answer = self._waiting.popleft()
                 if not answer.done():
-                    answer.set_result(json.loads(line))
+                    answer.set_result(line)
         except (OSError, ValueError):
             pass
         for answer in self._waiting:
