@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cstring>
 #include <future>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -15,7 +16,6 @@
 #include <openssl/rand.h>
 #include <poll.h>
 #include <pthread.h>
-#include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -138,63 +138,52 @@ DiscoveryServer::~DiscoveryServer() {
 }
 
 void DiscoveryServer::add(const std::string& device, std::uint16_t port) {
-    const std::lock_guard lock(mutex_);
-    changes_[{device, port}] = true;
-    ::eventfd_write(wake_.get(), 1);
+    changes_.put({{device, port}, true});
 }
 
 void DiscoveryServer::remove(const std::string& device, std::uint16_t port) {
-    const std::lock_guard lock(mutex_);
-    changes_[{device, port}] = false;
-    ::eventfd_write(wake_.get(), 1);
+    changes_.put({{device, port}, false});
 }
 
 void DiscoveryServer::stop() {
     if (!thread_.joinable()) return;
-    {
-        const std::lock_guard lock(mutex_);
-        is_stopped_ = true;
-        ::eventfd_write(wake_.get(), 1);
-    }
+    changes_.close();
+    ::eventfd_write(wake_.get(), 1);
     thread_.join();
 }
 
 void DiscoveryServer::run() {
     ::pthread_setname_np(::pthread_self(), "camrig-discover");
-    for (bool goes_on = true; goes_on;) {
+    while (!changes_.is_closed()) {
         pollfd ready[] = {{questions_.get(), POLLIN, 0}, {wake_.get(), POLLIN, 0}};
         if (::poll(ready, 2, -1) < 0 && errno != EINTR) return;
         eventfd_t ignored = 0;
         ::eventfd_read(wake_.get(), &ignored);
-        {
-            const std::lock_guard lock(mutex_);
-            goes_on = !is_stopped_;
-            if (!goes_on)
-                for (const Device& one : devices_) changes_[one] = false;
-        }
         tell_changes();
-        if (goes_on && (ready[0].revents & POLLIN)) answer_question();
+        if (ready[0].revents & POLLIN) answer_question();
     }
+    for (const Device& device : devices_) tell_gone(device);
+}
+
+void DiscoveryServer::tell_gone(const Device& device) {
+    send(bye_message(next_head(), {.address = endpoint_address(device.name), .scopes = {}, .url = {}}),
+         endpoint(group_address(), discovery_port));
 }
 
 void DiscoveryServer::tell_changes() {
-    std::map<Device, bool> changes;
-    {
-        const std::lock_guard lock(mutex_);
-        changes = std::exchange(changes_, {});
-    }
-    const sockaddr_in everybody = endpoint(group_address(), discovery_port);
+    std::map<Device, bool> last;  // a device that came and went meanwhile was never there
+    for (const Change& change : changes_.take_all()) last[change.device] = change.has_come;
     std::vector<Device> come;
-    for (const auto& [device, has_come] : changes) {
+    for (const auto& [device, has_come] : last) {
         const bool was_there = std::erase(devices_, device) > 0;
         if (has_come)
             come.push_back(device);
         else if (was_there)
-            send(bye_message(next_head(), {.address = endpoint_address(device.name), .scopes = {}, .url = {}}),
-                 everybody);
+            tell_gone(device);
     }
     if (come.empty()) return;
     devices_.insert(devices_.end(), come.begin(), come.end());
+    const sockaddr_in everybody = endpoint(group_address(), discovery_port);
     for (const DiscoveredDevice& one : describe(come)) send(hello_message(next_head(), one), everybody);
 }
 

@@ -1,16 +1,16 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
-#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include <netinet/in.h>
+#include <sys/eventfd.h>
 
 #include "control/onvif/discovery.h"
+#include "core/base/bounded_queue.h"
 #include "core/base/result.h"
 #include "core/base/time.h"
 #include "core/base/unique_fd.h"
@@ -26,6 +26,7 @@ namespace camrig::onvif {
 class DiscoveryServer {
 public:
     static constexpr double max_burst = 256, refill_per_s = 64;  ///< datagrams
+    static constexpr std::size_t max_changes = 65'536;           ///< that wait; more ports than there are
 
     /// `host` is where the devices' ports are listened on. invalid_argument: there is no such interface, it has no
     /// address of IPv4, or the ports cannot be reached on it; unavailable: UDP 3702 cannot be had.
@@ -55,8 +56,14 @@ private:
     static Result<Interface> find_interface(const std::string& name, const std::string& host);
     Result<void> open(const Interface& found);
 
+    struct Change {
+        Device device;
+        bool has_come = false;
+    };
+
     void run();
     void tell_changes();
+    void tell_gone(const Device& device);
     void answer_question();
     std::vector<DiscoveredDevice> describe(const std::vector<Device>& devices);
     DiscoveryHead next_head();
@@ -66,9 +73,7 @@ private:
     engine::CommandPort& commands_;
     Interface interface_;
     UniqueFd questions_, answers_, wake_;
-    std::mutex mutex_;
-    std::map<Device, bool> changes_;  ///< true: it has come
-    bool is_stopped_ = false;
+    BoundedQueue<Change> changes_{max_changes, [this] { ::eventfd_write(wake_.get(), 1); }};
     std::thread thread_;
     // Of the thread.
     std::vector<Device> devices_;

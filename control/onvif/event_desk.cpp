@@ -1,8 +1,6 @@
 #include "control/onvif/event_desk.h"
 
 #include <algorithm>
-#include <chrono>
-#include <condition_variable>
 #include <limits>
 #include <system_error>
 #include <utility>
@@ -22,30 +20,8 @@ void call(PullPoints::Due due) {
 
 }  // namespace
 
-struct EventDesk::Inbox {
-    std::mutex mutex;
-    std::condition_variable changed;
-    struct Picture {
-        std::string camera;
-        Result<stream::MediaUnit> made;
-        std::uint64_t round;
-    };
-    std::deque<Picture> pictures;  ///< max_fetches at most
-    std::optional<Result<std::vector<engine::CameraReply>>> cameras;
-    std::optional<std::pair<Result<engine::EventLog>, std::uint64_t>> events;
-
-    template <typename Put>
-    void post(Put put) {
-        {
-            const std::lock_guard lock(mutex);
-            put(*this);
-        }
-        changed.notify_one();
-    }
-};
-
 EventDesk::EventDesk(engine::CommandPort& commands, stream::FrameFetcher& frames)
-    : commands_(commands), frames_(frames), inbox_(std::make_shared<Inbox>()) {}
+    : commands_(commands), frames_(frames) {}
 
 EventDesk::~EventDesk() {
     stop();
@@ -54,18 +30,17 @@ EventDesk::~EventDesk() {
 void EventDesk::stop() {
     PullPoints::Due due;
     {
-        const std::lock_guard lock(inbox_->mutex);
-        is_stopped_ = true;
+        const std::lock_guard lock(mutex_);
+        answers_->close();
         points_.end(due);
     }
-    inbox_->changed.notify_one();
     if (thread_.joinable()) thread_.join();
     call(std::move(due));
 }
 
 Answered<PullPoints::Subscribed> EventDesk::subscribe(const std::string& device, EventTopics topics, TimeNs life_ns) {
-    const std::lock_guard lock(inbox_->mutex);
-    if (is_stopped_) return std::unexpected(Fault{false, "Action", {}, "the rig ends"});
+    const std::lock_guard lock(mutex_);
+    if (answers_->is_closed()) return std::unexpected(Fault{false, "Action", {}, "the rig ends"});
     try {
         if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
     } catch (const std::system_error& why) {
@@ -76,12 +51,12 @@ Answered<PullPoints::Subscribed> EventDesk::subscribe(const std::string& device,
     }
     auto made = points_.subscribe(device, topics, life_ns, monotonic_now_ns());
     next_look_ns_ = 0;
-    inbox_->changed.notify_one();
+    answers_->wake();
     return made;
 }
 
 Answered<TimeNs> EventDesk::renew(const std::string& device, std::uint64_t number, TimeNs life_ns) {
-    const std::lock_guard lock(inbox_->mutex);
+    const std::lock_guard lock(mutex_);
     return points_.renew(device, number, life_ns, monotonic_now_ns());
 }
 
@@ -89,11 +64,11 @@ Answered<void> EventDesk::unsubscribe(const std::string& device, std::uint64_t n
     PullPoints::Due due;
     Answered<void> done;
     {
-        const std::lock_guard lock(inbox_->mutex);
+        const std::lock_guard lock(mutex_);
         done = points_.unsubscribe(device, number, monotonic_now_ns(), due);
         if (points_.empty()) rest();
     }
-    inbox_->changed.notify_one();
+    answers_->wake();
     call(std::move(due));
     return done;
 }
@@ -102,7 +77,7 @@ Answered<void> EventDesk::synchronize(const std::string& device, std::uint64_t n
     PullPoints::Due due;
     Answered<void> done;
     {
-        const std::lock_guard lock(inbox_->mutex);
+        const std::lock_guard lock(mutex_);
         done = points_.synchronize(device, number, monotonic_now_ns(), realtime_now_ns(), due);
     }
     call(std::move(due));
@@ -113,53 +88,34 @@ void EventDesk::pull(const std::string& device, std::uint64_t number, TimeNs wai
                      PullPoints::Done done) {
     PullPoints::Due due;
     {
-        const std::lock_guard lock(inbox_->mutex);
+        const std::lock_guard lock(mutex_);
         points_.pull(device, number, wait_ns, limit, monotonic_now_ns(), std::move(done), due);
     }
-    inbox_->changed.notify_one();
+    answers_->wake();
     call(std::move(due));
 }
 
 void EventDesk::run() {
     ::pthread_setname_np(::pthread_self(), "camrig-events");
-    std::unique_lock lock(inbox_->mutex);
-    while (!is_stopped_) {
-        points_.expire(monotonic_now_ns(), due_);
-        if (points_.empty()) rest();
-        if ((points_.wanted({}) & picture_topics()).none()) forget_pictures();
-        if (const auto cameras = std::exchange(inbox_->cameras, {})) {
-            lists_ = false;
-            if (*cameras) take_cameras(**cameras);
+    while (!answers_->is_closed()) {
+        {
+            const std::lock_guard lock(mutex_);
+            points_.expire(monotonic_now_ns(), due_);
+            if (points_.empty()) rest();
+            if ((points_.wanted({}) & picture_topics()).none()) forget_pictures();
+            end_pulses(monotonic_now_ns());
         }
-        if (auto events = std::exchange(inbox_->events, {}); events && events->second == round_) {
-            waits_ = false;
-            if (events->first) take_events(*events->first);
-            next_wait_ns_ = events->first ? 0 : monotonic_now_ns() + period_ns;
+        while (const auto answer = answers_->take()) std::visit([this](const auto& what) { take(what); }, *answer);
+        ask();
+        PullPoints::Due due;
+        TimeNs next = 0;
+        {
+            const std::lock_guard lock(mutex_);
+            due.swap(due_);
+            next = next_ns();
         }
-        end_pulses(monotonic_now_ns());
-        for (auto pictures = std::exchange(inbox_->pictures, {}); const Inbox::Picture& one : pictures) {
-            --fetches_;
-            if (one.round != picture_round_) continue;
-            lock.unlock();
-            // Only this thread touches cameras_.
-            take_picture(one.camera, one.made);
-            lock.lock();
-        }
-        ask(lock);
-        if (auto due = std::exchange(due_, {}); !due.empty()) {
-            lock.unlock();
-            call(std::move(due));
-            lock.lock();
-        }
-        const auto is_woken = [this] {
-            return is_stopped_ || inbox_->cameras || inbox_->events || !inbox_->pictures.empty();
-        };
-        const TimeNs rest_ns = next_ns() - monotonic_now_ns();
-        if (is_woken() || rest_ns <= 0) continue;
-        if (points_.empty())
-            inbox_->changed.wait(lock);
-        else
-            inbox_->changed.wait_for(lock, std::chrono::nanoseconds(rest_ns));
+        call(std::move(due));
+        answers_->wait_until(next);
     }
 }
 
@@ -187,9 +143,12 @@ void EventDesk::forget_pictures() {
     ++picture_round_;
 }
 
-void EventDesk::take_cameras(const std::vector<engine::CameraReply>& all) {
+void EventDesk::take(const Cameras& all) {
+    const std::lock_guard lock(mutex_);
+    lists_ = false;
+    if (!all) return;
     std::map<std::string, Camera> wanted;
-    for (const engine::CameraReply& one : all) {
+    for (const engine::CameraReply& one : *all) {
         const std::string& name = one.camera.spec()->name;
         if ((points_.wanted(name) & picture_topics()).none()) continue;
         auto known = cameras_.extract(name);
@@ -200,13 +159,18 @@ void EventDesk::take_cameras(const std::vector<engine::CameraReply>& all) {
     cameras_ = std::move(wanted);
 }
 
-void EventDesk::take_events(const engine::EventLog& log) {
-    for (const world::EventRecord& record : log.events) {
+void EventDesk::take(const Events& events) {
+    const std::lock_guard lock(mutex_);
+    if (events.round != round_) return;
+    waits_ = false;
+    next_wait_ns_ = events.log ? 0 : monotonic_now_ns() + period_ns;
+    if (!events.log) return;
+    for (const world::EventRecord& record : events.log->events) {
         if (pulses_.size() >= max_inputs && !pulses_.contains(record.event)) continue;
         pulses_[record.event] = monotonic_now_ns() + pulse_ns;
         points_.tell({EventTopic::digital_input, record.event}, true, realtime_now_ns(), due_);
     }
-    last_event_ = log.last;
+    last_event_ = events.log->last;
 }
 
 void EventDesk::end_pulses(TimeNs now_ns) {
@@ -217,14 +181,17 @@ void EventDesk::end_pulses(TimeNs now_ns) {
     }
 }
 
-void EventDesk::take_picture(const std::string& name, const Result<stream::MediaUnit>& picture) {
-    const auto found = cameras_.find(name);
-    if (found == cameras_.end()) return;
+void EventDesk::take(const Picture& picture) {
+    // Only this thread touches cameras_ and what counts their pictures: measuring takes long, and holds nobody up.
+    --fetches_;
+    const auto found = cameras_.find(picture.camera);
+    if (picture.round != picture_round_ || found == cameras_.end()) return;
     found->second.is_asked = false;
-    if (!picture || !picture->frame) return;  // the next may be had
-    const frame::FrameInfo& info = picture->frame->info();
-    const PictureFacts facts = found->second.watch.see(picture->frame->bytes(), info.size, info.world_ns);
-    const std::lock_guard lock(inbox_->mutex);
+    if (!picture.made || !picture.made->frame) return;  // the next may be had
+    const frame::Frame& frame = *picture.made->frame;
+    const frame::FrameInfo& info = frame.info();
+    const PictureFacts facts = found->second.watch.see(frame.bytes(), info.size, info.world_ns);
+    const std::lock_guard lock(mutex_);
     const TimeNs utc_ns = realtime_now_ns();
     for (const auto& [topic, state] : {std::pair{EventTopic::motion, facts.motion},
                                        {EventTopic::cell_motion, facts.motion},
@@ -233,10 +200,11 @@ void EventDesk::take_picture(const std::string& name, const Result<stream::Media
                                        {EventTopic::too_dark, facts.too_dark},
                                        {EventTopic::too_bright, facts.too_bright},
                                        {EventTopic::too_blurry, facts.too_blurry}})
-        points_.tell({topic, name}, state, utc_ns, due_);
+        points_.tell({topic, picture.camera}, state, utc_ns, due_);
 }
 
-void EventDesk::ask(std::unique_lock<std::mutex>& lock) {
+void EventDesk::ask() {
+    std::unique_lock lock(mutex_);
     if (points_.empty()) return;
     const TimeNs now_ns = monotonic_now_ns();
     const EventTopics wanted = points_.wanted({});
@@ -258,27 +226,21 @@ void EventDesk::ask(std::unique_lock<std::mutex>& lock) {
     // Events from the subscription on: the first question is where the log ends.
     const engine::WaitEvents events = last_event_ ? engine::WaitEvents{*last_event_, event_wait_ns}
                                                   : engine::WaitEvents{std::numeric_limits<std::uint64_t>::max(), 0};
-    const std::uint64_t round = round_;
+    const std::uint64_t round = round_, picture_round = picture_round_;
     lock.unlock();
     if (lists)
         commands_.post(engine::Request<engine::ListCameras>{
-            {}, [inbox = inbox_](Result<std::vector<engine::CameraReply>> made) {
-                inbox->post([&](Inbox& to) { to.cameras.emplace(std::move(made)); });
-            }});
+            {}, [answers = answers_](Cameras made) { answers->put_beyond_limit(std::move(made)); }});
     if (waits)
         commands_.post(
-            engine::Request<engine::WaitEvents>{events, [inbox = inbox_, round](Result<engine::EventLog> log) {
-                                                    inbox->post([&](Inbox& to) {
-                                                        if (!to.events || to.events->second < round)
-                                                            to.events.emplace(std::move(log), round);
-                                                    });
+            engine::Request<engine::WaitEvents>{events, [answers = answers_, round](Result<engine::EventLog> log) {
+                                                    answers->put_beyond_limit(Events{std::move(log), round});
                                                 }});
     for (const std::string& name : pictures)
         frames_.fetch({.camera = name, .format = {}},
-                      [inbox = inbox_, name, round = picture_round_](Result<stream::MediaUnit> made) {
-                          inbox->post([&](Inbox& to) { to.pictures.push_back({name, std::move(made), round}); });
+                      [answers = answers_, name, picture_round](Result<stream::MediaUnit> made) {
+                          answers->put_beyond_limit(Picture{name, std::move(made), picture_round});
                       });
-    lock.lock();
 }
 
 }  // namespace camrig::onvif

@@ -2,11 +2,12 @@
 
 #include <memory>
 #include <mutex>
-#include <set>
 #include <thread>
+#include <variant>
 
 #include "control/onvif/picture_watch.h"
 #include "control/onvif/pull_points.h"
+#include "core/base/bounded_queue.h"
 #include "core/engine/command.h"
 #include "core/stream/frame_bus.h"
 
@@ -43,7 +44,18 @@ public:
     void stop();
 
 private:
-    struct Inbox;
+    /// What the rig has answered.
+    using Cameras = Result<std::vector<engine::CameraReply>>;
+    struct Events {
+        Result<engine::EventLog> log;
+        std::uint64_t round = 0;
+    };
+    struct Picture {
+        std::string camera;
+        Result<stream::MediaUnit> made;
+        std::uint64_t round = 0;
+    };
+    using Answers = BoundedQueue<std::variant<Cameras, Events, Picture>>;
     struct Camera {
         PictureWatch watch;
         bool is_asked = false;
@@ -51,11 +63,11 @@ private:
     };
 
     void run();
-    void take_cameras(const std::vector<engine::CameraReply>& all);
-    void take_events(const engine::EventLog& log);
-    void take_picture(const std::string& name, const Result<stream::MediaUnit>& picture);
-    /// Asks for what is due; `lock` is free meanwhile.
-    void ask(std::unique_lock<std::mutex>& lock);
+    void take(const Cameras& all);
+    void take(const Events& events);
+    void take(const Picture& picture);
+    /// Asks for what is due.
+    void ask();
     void end_pulses(TimeNs now_ns);
     void rest();
     void forget_pictures();
@@ -63,8 +75,9 @@ private:
 
     engine::CommandPort& commands_;
     stream::FrameFetcher& frames_;
-    /// Outlives the desk in what the rig has yet to answer. Its mutex is of all that follows.
-    const std::shared_ptr<Inbox> inbox_;
+    /// Outlives the desk in what the rig has yet to answer, which the desk bounds by what it asks.
+    const std::shared_ptr<Answers> answers_ = std::make_shared<Answers>(0);
+    std::mutex mutex_;  ///< of all that follows; it is never held in a call to others
     PullPoints points_;
     PullPoints::Due due_;
     std::map<std::string, Camera> cameras_;
@@ -75,7 +88,6 @@ private:
     TimeNs next_look_ns_ = 0, next_wait_ns_ = 0;
     bool lists_ = false, waits_ = false;
     std::optional<std::uint64_t> last_event_;
-    bool is_stopped_ = false;
     std::thread thread_;
 };
 

@@ -50,7 +50,7 @@ public:
     /// Whether bytes may follow the answer: it is no part of a batch, and goes where lines are read.
     bool takes_bytes() const { return takes_bytes_; }
 
-    /// What was asked beside what the method reads itself (Method::takes_time).
+    /// What was asked beside what the method reads itself (Handler::takes_time).
     struct Asked {
         std::optional<std::int64_t> at_ns = {};        ///< world time at which it is done
         std::shared_ptr<const std::string> text = {};  ///< for the command log; null: nobody keeps one
@@ -85,6 +85,25 @@ enum class Authority : std::uint8_t {
     own,      ///< all methods, by the rig's own user on its Unix socket: may read whatever the rig may
 };
 
+/// Answers the calls of a method.
+class Handler {
+public:
+    /// The function gets an object whose keys are all in Method::params and which has the required ones. It must not
+    /// block. `takes_time`: what it does may be asked for a world time (engine::Timed), RpcReply::Asked::at_ns.
+    template <typename Function>
+        requires(!std::same_as<std::remove_cvref_t<Function>, Handler> &&
+                 std::invocable<Function&, const nlohmann::json&, RpcReply>)
+    Handler(Function function, bool takes_time = false)  // NOLINT: a function is a handler
+        : function_(std::move(function)), takes_time_(takes_time) {}
+
+    void operator()(const nlohmann::json& params, RpcReply done) const { function_(params, std::move(done)); }
+    bool takes_time() const { return takes_time_; }
+
+private:
+    std::function<void(const nlohmann::json& params, RpcReply done)> function_;
+    bool takes_time_;
+};
+
 /// A method, described in one place: the dispatcher's check of parameter names, docs/control-protocol.md, `camrig
 /// methods` and server.info all come from here. A method without an example that runs fails the unit tests.
 struct Method {
@@ -93,11 +112,9 @@ struct Method {
     std::vector<Field> params;
     std::vector<Field> result;
     std::vector<ErrorKind> errors;
-    /// Gets an object whose keys are all in `params` and which has the required ones. Must not block.
-    std::function<void(const nlohmann::json& params, RpcReply done)> handler;
+    Handler handler;
     std::string example = "{}";  ///< parameters as JSON text
     bool only_looks = false;     ///< changes nothing and reads no files: also for those who may not command
-    bool takes_time = false;     ///< has the parameter at_ns, which is read for it
     bool reads_files = false;    ///< its errors may tell of files: in full to the rig's owner only
 };
 

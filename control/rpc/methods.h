@@ -51,24 +51,26 @@ void post(RpcContext& context, C command, RpcReply done, ToJson to_json_of_reply
 /// The handler of a method that is one command: `read` makes it from the parameters (a Result), `to_json_of_reply` text
 /// of its reply.
 template <typename Read, typename ToJson>
-auto handler_of(RpcContext& context, Read read, ToJson to_json_of_reply) {
-    return [&context, read, to_json_of_reply](const nlohmann::json& params, RpcReply done) {
+Handler handler_of(RpcContext& context, Read read, ToJson to_json_of_reply) {
+    using Command = typename std::invoke_result_t<Read&, JsonReader&>::value_type;
+    const auto handle = [&context, read, to_json_of_reply](const nlohmann::json& params, RpcReply done) {
         JsonReader reader(params, "");
         auto command = read(reader);
         if (!command) return done(std::unexpected(command.error()));
         post(context, std::move(*command), std::move(done), to_json_of_reply);
     };
+    return {handle, engine::Timed<Command>};
 }
 
 /// The same where the parameters are the fields of the command, as this table says.
 template <typename C, typename ToJson>
-auto handler_of(RpcContext& context, const std::vector<FieldOf<C>>& table, ToJson to_json_of_reply) {
+Handler handler_of(RpcContext& context, const std::vector<FieldOf<C>>& table, ToJson to_json_of_reply) {
     return handler_of(context, [table](JsonReader& reader) { return read_all(table, reader); }, to_json_of_reply);
 }
 
 /// The same for a command without parameters.
 template <typename C, typename ToJson>
-auto handler_of(RpcContext& context, ToJson to_json_of_reply) {
+Handler handler_of(RpcContext& context, ToJson to_json_of_reply) {
     return handler_of(context, std::vector<FieldOf<C>>{}, to_json_of_reply);
 }
 

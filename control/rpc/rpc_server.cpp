@@ -186,7 +186,7 @@ void RpcServer::call(const json& params, std::size_t index, Authority authority,
     calls_[index].fetch_add(1);
     if (authority != Authority::own && method.reads_files) done = without_foreign_files(params, std::move(done));
     if (auto good = check_names(method, params); !good) return done(std::unexpected(good.error()));
-    const auto given = method.takes_time ? params.find("at_ns") : params.end();
+    const auto given = method.handler.takes_time() ? params.find("at_ns") : params.end();
     RpcReply::Asked asked;
     if (given != params.end()) {
         if (!given->is_number_integer() || *given < 0 || *given > max_time_ns)
@@ -245,14 +245,9 @@ void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> don
 
 namespace {
 
-/// What changes cameras or the world may say when.
-void take_times(std::vector<Method>& methods) {
+void add_times(std::vector<Method>& methods) {
     for (Method& method : methods) {
-        const std::string family = method.name.substr(0, method.name.find('.'));
-        const bool changes = !method.only_looks && family != "world" && family != "scene" && family != "frame" &&
-                             family != "truth" && family != "rig" && family != "plate";
-        if (!changes && method.name != "world.digest") continue;
-        method.takes_time = true;
+        if (!method.handler.takes_time()) continue;
         method.params.push_back(
             {"at_ns", "integer",
              "world time at which it is done: after the frames that are due then, before the world's next step; those "
@@ -278,7 +273,7 @@ std::vector<Method> make_methods(RpcContext& context, std::function<json()> call
     add(truth_methods(context));
     add(replica_methods(context));
     add(plate_methods(context));
-    take_times(all);
+    add_times(all);
     auto rig = rig_methods(context, std::move(call_counts));
     // server.info lists all methods, its own family too.
     json names = json::array();

@@ -27,13 +27,6 @@ bool is_http(std::string_view line) {
     return line.ends_with(" HTTP/1.1") || line.ends_with(" HTTP/1.0");
 }
 
-/// Rung by cancelling: a ring while nobody waits is lost, so waiters look at the state they wait for first. All of it
-/// happens on one thread.
-asio::awaitable<void> wait(asio::steady_timer& bell) {
-    bell.expires_at(asio::steady_timer::time_point::max());
-    co_await bell.async_wait(no_result);
-}
-
 }  // namespace
 
 Connection::Connection(ConnectionShared& shared, Socket socket, Access access)
@@ -54,6 +47,7 @@ Connection::Connection(ConnectionShared& shared, Socket socket, Access access)
       pause_(socket_.get_executor()) {}
 
 void Connection::start() {
+    thread_.check();
     if (!is_authorized_) close_after(shared_.limits.authorize_time);
     // What throws (memory ran out) ends this connection and no other.
     const auto ended = [self = shared_from_this()](std::exception_ptr thrown) {
@@ -95,7 +89,7 @@ asio::awaitable<void> Connection::read_loop() {
 asio::awaitable<bool> Connection::room() {
     while (!is_closed_ && !is_finishing_ &&
            (slots_.size() >= shared_.limits.in_flight || budget_->used() >= shared_.limits.unsent_reply_bytes)) {
-        co_await wait(room_);
+        co_await room_.wait();
     }
     co_return !is_closed_ && !is_finishing_;
 }
@@ -159,18 +153,19 @@ void Connection::refuse(int code, ErrorKind kind, std::string message, ControlLi
 }
 
 void Connection::answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply) {
+    thread_.check();
     if (is_closed_) return;
     if (!reply.pieces.empty()) reply.append("\n");
     if (!reply.after_line.empty()) reply.pieces.push_back(std::move(reply.after_line));
     slot->reply = std::move(reply);
     slot->is_ready = true;
-    ready_.cancel();
+    ready_.set();
 }
 
 asio::awaitable<void> Connection::write_loop() {
     const auto self = shared_from_this();
     for (;;) {
-        while (!is_closed_ && (slots_.empty() ? !is_finishing_ : !slots_.front()->is_ready)) co_await wait(ready_);
+        while (!is_closed_ && (slots_.empty() ? !is_finishing_ : !slots_.front()->is_ready)) co_await ready_.wait();
         if (is_closed_) co_return;
         if (slots_.empty()) break;
         for (const auto slot = slots_.front(); std::string & piece : slot->reply.pieces) {
@@ -180,7 +175,7 @@ asio::awaitable<void> Connection::write_loop() {
         slots_.front()->reply = {};  // whoever answered may hold the slot a moment longer
         slots_.pop_front();
         last_used_ = std::chrono::steady_clock::now();
-        room_.cancel();
+        room_.set();
     }
     if (reads_off_) co_await read_off();
     close();
@@ -220,20 +215,22 @@ void Connection::close_after(ControlLimits::Duration time) {
 }
 
 void Connection::finish() {
+    thread_.check();
     is_finishing_ = true;
-    room_.cancel();
-    ready_.cancel();
+    room_.set();
+    ready_.set();
     // A reader that waits for the peer is waiting for nothing now; the writer goes on.
     boost::system::error_code ignored;
     if (!is_closed_ && !reads_off_) socket_.shutdown(Socket::shutdown_receive, ignored);
 }
 
 void Connection::close() {
+    thread_.check();
     if (std::exchange(is_closed_, true)) return;
     boost::system::error_code ignored;
     socket_.close(ignored);
-    room_.cancel();
-    ready_.cancel();
+    room_.set();
+    ready_.set();
     limit_.cancel();
     pause_.cancel();
     shared_.on_closed(this);

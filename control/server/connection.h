@@ -18,7 +18,9 @@
 #include "control/rpc/limits.h"
 #include "control/rpc/method.h"
 #include "control/server/line_buffer.h"
+#include "control/server/loop_event.h"
 #include "control/server/loop_post.h"
+#include "core/base/thread_check.h"
 
 namespace camrig::control {
 
@@ -105,10 +107,11 @@ private:
     bool is_finishing_ = false;
     bool is_closed_ = false;
     bool reads_off_ = false;
-    boost::asio::steady_timer room_;   ///< cancelled to wake the reader: a request may be started
-    boost::asio::steady_timer ready_;  ///< cancelled to wake the writer: an answer may be sent
+    LoopEvent room_;                   ///< for the reader: a request may be started
+    LoopEvent ready_;                  ///< for the writer: an answer may be sent
     boost::asio::steady_timer limit_;  ///< closes the connection when it expires
     boost::asio::steady_timer pause_;  ///< before a refusal is answered
+    ThreadCheck thread_;
 };
 
 }  // namespace camrig::control

@@ -1,17 +1,15 @@
 #include "control/server/control_server.h"
 
-#include <chrono>
 #include <map>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/local/stream_protocol.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <spdlog/spdlog.h>
 
 #include "control/rpc/json_rpc.h"
+#include "control/server/accept_loop.h"
 #include "control/server/connection.h"
 #include "control/server/loop_thread.h"
 #include "core/base/clock.h"
@@ -25,21 +23,11 @@ namespace asio = boost::asio;
 using tcp = asio::ip::tcp;
 using local = asio::local::stream_protocol;
 
-namespace {
-
-constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
-/// Out of descriptors: accepting at once again would only burn the processor.
-constexpr std::chrono::milliseconds accept_pause{100};
-
-}  // namespace
-
 struct ControlServer::Impl {
     explicit Impl(ControlServerOptions given) : options(std::move(given)) {}
 
     Result<void> listen_unix();
     Result<void> listen_tcp();
-    template <typename Acceptor>
-    asio::awaitable<void> accept_loop(Acceptor& acceptor, Connection::Access access);
     void take(Connection::Socket socket, Connection::Access access);
     /// Sees to it that `newcomer` (null: one that is not there yet) has a place among those of its transport that have,
     /// or have not, shown the token; closes the one that has been idle longest if it must. False: all are in use.
@@ -98,26 +86,6 @@ Result<void> ControlServer::Impl::listen_tcp() {
     tcp_address = std::move(listener->address);
     tcp_port = listener->port;
     return {};
-}
-
-template <typename Acceptor>
-asio::awaitable<void> ControlServer::Impl::accept_loop(Acceptor& acceptor, Connection::Access access) {
-    while (acceptor.is_open()) {
-        auto [failed, socket] = co_await acceptor.async_accept(no_result);
-        if (!failed) {
-            if constexpr (std::is_same_v<Acceptor, tcp::acceptor>) {
-                boost::system::error_code ignored;
-                socket.set_option(tcp::no_delay(true), ignored);
-                socket.set_option(asio::socket_base::keep_alive(true), ignored);
-                access.peer = socket.remote_endpoint(ignored).address().to_string();
-            }
-            take(Connection::Socket(std::move(socket)), access);
-        } else if (acceptor.is_open()) {
-            spdlog::warn("control: a connection could not be taken: {}", failed.message());
-            asio::steady_timer pause(loop, accept_pause);
-            co_await pause.async_wait(no_result);
-        }
-    }
 }
 
 void ControlServer::Impl::take(Connection::Socket socket, Connection::Access access) {
@@ -196,18 +164,24 @@ Result<std::unique_ptr<ControlServer>> ControlServer::create(ControlServerOption
     for (auto& listened : {impl->listen_unix(), impl->listen_tcp()})
         if (!listened) return std::unexpected(listened.error());
     Impl& self = *impl;
-    if (self.unix_acceptor.is_open())
-        asio::co_spawn(self.loop,
-                       self.accept_loop(self.unix_acceptor, {.transport = Transport::unix_socket,
-                                                             .must_show_token = false,
-                                                             .authority = Authority::own}),
-                       asio::detached);
-    if (self.tcp_acceptor.is_open())
-        asio::co_spawn(self.loop,
-                       self.accept_loop(self.tcp_acceptor, {.transport = Transport::tcp,
-                                                            .must_show_token = !self.options.token.empty(),
-                                                            .authority = self.options.tcp_authority}),
-                       asio::detached);
+    if (self.unix_acceptor.is_open()) {
+        const Connection::Access access{
+            .transport = Transport::unix_socket, .must_show_token = false, .authority = Authority::own};
+        const auto take = [&self, access](local::socket socket) { self.take(std::move(socket), access); };
+        asio::co_spawn(self.loop, accept_loop(self.unix_acceptor, "control", take), asio::detached);
+    }
+    if (self.tcp_acceptor.is_open()) {
+        const Connection::Access access{.transport = Transport::tcp,
+                                        .must_show_token = !self.options.token.empty(),
+                                        .authority = self.options.tcp_authority};
+        const auto take = [&self, access](tcp::socket socket) {
+            boost::system::error_code ignored;
+            Connection::Access of_peer = access;
+            of_peer.peer = socket.remote_endpoint(ignored).address().to_string();
+            self.take(std::move(socket), std::move(of_peer));
+        };
+        asio::co_spawn(self.loop, accept_loop(self.tcp_acceptor, "control", take), asio::detached);
+    }
     self.thread.start();
     return std::unique_ptr<ControlServer>(new ControlServer(std::move(impl)));
 }

@@ -20,12 +20,6 @@ constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
 /// What a small request costs beside its bytes.
 constexpr std::size_t request_overhead = 64;
 
-/// Rung by cancelling: waiters look at the state they wait for first. All of it happens on one thread.
-asio::awaitable<void> wait(asio::steady_timer& bell) {
-    bell.expires_at(asio::steady_timer::time_point::max());
-    co_await bell.async_wait(no_result);
-}
-
 }  // namespace
 
 ClientConnection::ClientConnection(DoorState& door, const UnrealCvLimits& limits, Socket socket,
@@ -60,12 +54,12 @@ asio::awaitable<void> ClientConnection::read_loop() {
             waiting_bytes_ += payload->size() + request_overhead;
             waiting_.push_back(std::move(*payload));
         }
-        ready_.cancel();
+        ready_.set();
         if (!frames_.problem().empty()) co_return break_off(frames_.problem());
-        while (!is_closed_ && waiting_bytes_ > limits_.waiting_bytes) co_await wait(room_);
+        while (!is_closed_ && waiting_bytes_ > limits_.waiting_bytes) co_await room_.wait();
     }
     is_at_end_ = true;
-    ready_.cancel();
+    ready_.set();
 }
 
 asio::awaitable<void> ClientConnection::serve_loop(std::string greeting) {
@@ -76,13 +70,13 @@ asio::awaitable<void> ClientConnection::serve_loop(std::string greeting) {
         if (waiting_.empty()) {
             session_->end_batch();
             if (is_at_end_) break;
-            co_await wait(ready_);
+            co_await ready_.wait();
             continue;
         }
         const std::string payload = std::move(waiting_.front());
         waiting_.pop_front();
         waiting_bytes_ -= payload.size() + request_overhead;
-        room_.cancel();
+        room_.set();
         const auto request = parse_request(payload);
         if (!request) {
             break_off("a request is no ID:COMMAND");
@@ -137,8 +131,8 @@ void ClientConnection::close() {
     boost::system::error_code ignored;
     socket_.close(ignored);
     session_->close();
-    room_.cancel();
-    ready_.cancel();
+    room_.set();
+    ready_.set();
     limit_.cancel();
     on_closed_(this);
 }

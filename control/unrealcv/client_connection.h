@@ -10,6 +10,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
 
+#include "control/server/loop_event.h"
 #include "control/unrealcv/session.h"
 #include "control/unrealcv/unrealcv_server.h"
 #include "control/unrealcv/wire.h"
@@ -47,8 +48,8 @@ private:
     std::size_t waiting_bytes_ = 0;
     bool is_at_end_ = false;  ///< the client sends no more
     bool is_closed_ = false;
-    boost::asio::steady_timer room_;   ///< cancelled to wake the reader
-    boost::asio::steady_timer ready_;  ///< cancelled to wake who answers
+    control::LoopEvent room_;          ///< for the reader: less is waiting
+    control::LoopEvent ready_;         ///< for who answers: a request is there, or the end
     boost::asio::steady_timer limit_;  ///< closes the connection when it expires
 };
 

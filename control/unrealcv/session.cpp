@@ -32,9 +32,10 @@ std::string shown_name(std::string_view name) {
     return shown;
 }
 
-Session::Session(DoorState& door, asio::any_io_executor executor) : door_(door), bell_(std::move(executor)) {}
+Session::Session(DoorState& door, const asio::any_io_executor& executor) : door_(door), answered_(executor) {}
 
 asio::awaitable<Answer> Session::answer(std::string_view line) {
+    thread_.check();
     while (line.ends_with(' ')) line.remove_suffix(1);
     if (vbatch_left_ > 0) --vbatch_left_;
     std::vector<std::string_view> arguments;
@@ -63,8 +64,9 @@ void Session::end_batch() {
 }
 
 void Session::close() {
+    thread_.check();
     is_closed_ = true;
-    bell_.cancel();
+    answered_.set();
 }
 
 asio::awaitable<std::expected<const Moment*, std::string>> Session::moment() {

@@ -10,16 +10,16 @@
 #include <vector>
 
 #include <boost/asio/any_io_executor.hpp>
-#include <boost/asio/as_tuple.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/use_awaitable.hpp>
+#include <boost/asio/awaitable.hpp>
 
+#include "control/server/loop_event.h"
 #include "control/server/loop_post.h"
 #include "control/unrealcv/colors.h"
 #include "control/unrealcv/command.h"
 #include "control/unrealcv/pictures.h"
 #include "core/base/byte_budget.h"
 #include "core/base/log_pace.h"
+#include "core/base/thread_check.h"
 #include "core/engine/command.h"
 #include "core/stream/frame_bus.h"
 #include "core/stream/worker_pool.h"
@@ -84,7 +84,7 @@ std::string shown_name(std::string_view name);
 /// asked there, in order.
 class Session : public std::enable_shared_from_this<Session> {
 public:
-    Session(DoorState& door, boost::asio::any_io_executor executor);
+    Session(DoorState& door, const boost::asio::any_io_executor& executor);
 
     /// Answers a line; what failed for lack of memory is an error like others.
     boost::asio::awaitable<Answer> answer(std::string_view line);
@@ -140,21 +140,19 @@ private:
         return [post = door_.post, weak = weak_from_this(), slot](Result<T> value) {
             (*post)([weak, slot, value = std::move(value)]() mutable {
                 slot->value = std::move(value);
-                if (const auto self = weak.lock()) self->bell_.cancel();
+                if (const auto self = weak.lock()) self->answered_.set();
             });
         };
     }
     template <typename T>
     boost::asio::awaitable<void> filled(Slot<T>& slot) {
-        while (!slot.value && !is_closed_) {
-            bell_.expires_at(boost::asio::steady_timer::time_point::max());
-            co_await bell_.async_wait(boost::asio::as_tuple(boost::asio::use_awaitable));
-        }
+        while (!slot.value && !is_closed_) co_await answered_.wait();
         if (!slot.value) slot.value = error(ErrorKind::unavailable, "the connection is closed");
     }
 
     DoorState& door_;
-    boost::asio::steady_timer bell_;  ///< cancelled to wake who waits for an answer
+    control::LoopEvent answered_;
+    ThreadCheck thread_;
     std::optional<Moment> moment_;
     std::shared_ptr<std::optional<ByteBudget::Claim>> claim_;  ///< of the picture that is being answered
     int vbatch_left_ = 0;

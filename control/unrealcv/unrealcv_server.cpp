@@ -2,12 +2,11 @@
 
 #include <map>
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
-#include <boost/asio/use_awaitable.hpp>
 #include <spdlog/spdlog.h>
 
+#include "control/server/accept_loop.h"
 #include "control/server/loop_thread.h"
 #include "control/unrealcv/client_connection.h"
 #include "core/base/clock.h"
@@ -21,9 +20,6 @@ using tcp = asio::ip::tcp;
 
 namespace {
 
-constexpr auto no_result = asio::as_tuple(asio::use_awaitable);
-/// Out of descriptors: accepting at once again would only burn the processor.
-constexpr std::chrono::milliseconds accept_pause{100};
 constexpr std::size_t max_jobs = 64;
 
 }  // namespace
@@ -41,7 +37,6 @@ struct UnrealCvServer::Impl {
     }
 
     Result<void> listen();
-    asio::awaitable<void> accept_loop();
     void take(tcp::socket socket);
     void begin_stop();
 
@@ -73,19 +68,6 @@ Result<void> UnrealCvServer::Impl::listen() {
     return {};
 }
 
-asio::awaitable<void> UnrealCvServer::Impl::accept_loop() {
-    while (acceptor.is_open()) {
-        auto [failed, socket] = co_await acceptor.async_accept(no_result);
-        if (!failed) {
-            take(std::move(socket));
-        } else if (acceptor.is_open()) {
-            spdlog::warn("unrealcv: a connection could not be taken: {}", failed.message());
-            asio::steady_timer pause(loop, accept_pause);
-            co_await pause.async_wait(no_result);
-        }
-    }
-}
-
 void UnrealCvServer::Impl::take(tcp::socket socket) {
     if (is_stopping) return;
     if (connections.size() >= options.limits.connections || descriptors_are_short()) {
@@ -96,9 +78,6 @@ void UnrealCvServer::Impl::take(tcp::socket socket) {
                          connections.size());
         return;
     }
-    boost::system::error_code ignored;
-    socket.set_option(tcp::no_delay(true), ignored);
-    socket.set_option(asio::socket_base::keep_alive(true), ignored);
     auto connection =
         std::make_shared<ClientConnection>(door, options.limits, std::move(socket), [this](ClientConnection* closed) {
             connections.erase(closed);
@@ -130,7 +109,8 @@ Result<std::unique_ptr<UnrealCvServer>> UnrealCvServer::create(engine::CommandPo
     auto impl = std::make_unique<Impl>(commands, frames, std::move(options));
     if (auto listening = impl->listen(); !listening) return std::unexpected(listening.error());
     Impl& self = *impl;
-    asio::co_spawn(self.loop, self.accept_loop(), asio::detached);
+    const auto take = [&self](tcp::socket socket) { self.take(std::move(socket)); };
+    asio::co_spawn(self.loop, control::accept_loop(self.acceptor, "unrealcv", take), asio::detached);
     self.thread.start();
     return std::unique_ptr<UnrealCvServer>(new UnrealCvServer(std::move(impl)));
 }

@@ -319,7 +319,7 @@ template <typename C>
 struct Request {
     C command;
     std::function<void(Result<typename C::Reply>)> done;
-    /// World time at which it is done, after the frames that are due then; nullopt: at once. (Timed<C>, GetDigest.)
+    /// World time at which it is done, after the frames that are due then; nullopt: at once. Of Timed<C> alone.
     std::optional<TimeNs> at_ns = {};
     /// As the command log has it, one line of text; null: nobody said it.
     std::shared_ptr<const std::string> text = {};
@@ -337,14 +337,17 @@ using Command =
 
 template <typename C, typename... Of>
 concept OneOf = (std::same_as<C, Of> || ...);
-/// What changes the world or the cameras, and may say at what world time.
+/// What changes cameras or what is in the world, and so is done at one world time on every machine.
 template <typename C>
-concept Timed = OneOf<C, CreateCamera, SetCamera, DeleteCamera, MovePtz, PtzPresets, PtzTours, StopPtz, SetFault,
-                      ClearFaults, SpawnActor, RemoveActor, SetActor, SteerActors, SpawnObject, SetObject, RemoveObject,
-                      AddEvent, RemoveEvent, Act>;
-/// What the command log has beside these, with the time at which it was done.
+concept Change = OneOf<C, CreateCamera, SetCamera, DeleteCamera, MovePtz, PtzPresets, PtzTours, StopPtz, SetFault,
+                       ClearFaults, SpawnActor, RemoveActor, SetActor, SteerActors, SpawnObject, SetObject,
+                       RemoveObject, AddEvent, RemoveEvent, Act>;
+/// What may say at what world time it is done: its method has the parameter at_ns.
 template <typename C>
-concept Logged = Timed<C> || OneOf<C, LoadWorld, PauseWorld, ResumeWorld, StepWorld>;
+concept Timed = Change<C> || OneOf<C, GetDigest>;
+/// What the command log has, with the time at which it was done.
+template <typename C>
+concept Logged = Change<C> || OneOf<C, LoadWorld, PauseWorld, ResumeWorld, StepWorld>;
 
 /// Is told of every command that has changed something, in the order in which that was done. Engine's thread.
 class CommandJournal {

@@ -8,6 +8,7 @@
 #include "core/engine/camera_desk.h"
 #include "core/engine/fault_desk.h"
 #include "core/engine/instants.h"
+#include "core/engine/replica_desk.h"
 #include "core/engine/requests.h"
 #include "core/engine/rig_state.h"
 #include "core/engine/world_desk.h"
@@ -58,19 +59,16 @@ private:
     Result<WorldState> run(PauseWorld& command);
     Result<WorldState> run(ResumeWorld& command);
     Result<stream::RigReport> run(GetStats& command);
-    Result<SetLimit::Reply> run(SetLimit& command);
-    Result<GetDigest::Reply> run(GetDigest& command);
-    void set_clock(TimeNs world_ns, TimeNs monotonic_ns);
     Result<void> load(world::SceneRef scene);
     WorldState world_state() const;
 
     ThreadCheck thread_;
     std::int64_t last_held_ = -1;  ///< HeldInstant::sequence
-    TimeNs clock_set_ns_ = 0;      ///< CLOCK_MONOTONIC time at which SetLimit::clock_ns came last
     RigState state_;
     WorldDesk world_;
     CameraDesk cameras_;
     FaultDesk faults_;
+    ReplicaDesk replicas_;
     Requests requests_;
     Instants instants_;
 };

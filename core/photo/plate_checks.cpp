@@ -6,8 +6,6 @@
 
 #include <Eigen/Dense>
 
-#include "core/photo/calibrate_plate.h"
-
 namespace camrig::photo {
 namespace {
 

@@ -257,7 +257,7 @@ Result<PlateView> read_camera(const json& value, const std::string& path, ImageS
     for (const char* key : {"size", "intrinsics", "vfov_deg", "lens", "pose"})
         if (value.is_object() && value.contains(key)) needed[key] = value[key];
     if (needed.contains("lens") && needed["lens"].is_object())
-        for (const char* key : {"method", "filter", "oversample"}) needed["lens"].erase(key);
+        for (const char* key : {"method", "filter"}) needed["lens"].erase(key);
     JsonReader reader(needed, path);
     *size = read_size(reader, std::nullopt);
     PlateView view;

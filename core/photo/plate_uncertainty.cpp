@@ -12,8 +12,6 @@
 #include <boost/math/distributions/normal.hpp>
 #include <boost/math/distributions/students_t.hpp>
 
-#include "core/photo/plate_checks.h"
-
 namespace camrig::photo {
 namespace {
 

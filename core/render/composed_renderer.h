@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -42,12 +43,16 @@ private:
     Result<Finished> draw_all(const world::SnapshotRef& snapshot, TimeNs monotonic_ns, std::span<const View> views);
     Result<Finished> draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns);
 
+    /// Our rasteriser draws the camera no more; with the last one it lets go of the world that it drew.
+    void forget_here(CameraId camera);
+    void release(CameraId camera);
     /// Whether our rasteriser draws such a picture of the view, where it can.
     bool is_ours(const View& view, frame::FrameKind kind) const;
     bool is_ours(const View& view) const { return is_ours(view, frame::FrameKind::color); }
 
     software::SoftwareDrawer drawer_;
-    bool is_first_ = true;  ///< it draws whatever it can
+    std::map<CameraId, std::uint64_t> ours_;  ///< cameras that it has drawn, with the View::spec_revision
+    bool is_first_ = true;                    ///< it draws whatever it can
     MakeRenderer make_other_;
     std::unique_ptr<Renderer> other_;
     std::atomic<bool> has_only_triangles_ = true;  ///< the last instant; others ask is_plain()

@@ -5,6 +5,8 @@
 #include <limits>
 #include <numbers>
 
+#include "core/camera/lens_traits.h"
+
 namespace camrig::truth {
 namespace {
 
@@ -83,7 +85,7 @@ camera::Interval between_ends(double a, double b, camera::Interval slope, double
 
 EdgeTracer::EdgeTracer(const camera::CameraModel& camera)
     : camera_(camera),
-      angular_(camera.lens().lens().model == camera::LensModel::equidistant),
+      angular_(sees_behind(camera.lens().lens().model)),
       radius_(camera.lens().valid_radius() * (1.0 - field_inset)) {
     if (angular_) radius_ = std::min(radius_, largest_angle);
 }

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <string>
 
+#include "core/camera/lens_traits.h"
+
 namespace camrig::truth {
 namespace {
 
@@ -49,7 +51,7 @@ glm::dvec2 tolerance_of(const ProjectedBox& box) {
 BoxProjector::BoxProjector(const camera::CameraModel& camera, double near_m, double far_m)
     : camera_(camera),
       tracer_(camera),
-      has_planes_(camera.lens().lens().model != camera::LensModel::equidistant),
+      has_planes_(!sees_behind(camera.lens().lens().model)),
       bends_(!camera.lens().is_identity()),
       near_m_(near_m),
       far_m_(far_m > 0.0 ? far_m : std::numeric_limits<double>::infinity()),

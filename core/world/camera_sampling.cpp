@@ -56,8 +56,6 @@ FieldTable<LensSampling> fields_of(std::type_identity<LensSampling>) {
             {.name = "filter",
              .doc = "bicubic (Catmull-Rom) keeps more contrast; auto: bicubic at quality beautiful; ssaa always takes "
                     "bilinear samples"}),
-        field_at<&LensSampling::oversample>(
-            {.name = "oversample", .doc = "source pixels per pixel, along a side, at least", .range = {1, 4}}),
     };
     return table;
 }

@@ -68,7 +68,7 @@ Result<void> check_sensor(const CameraSpec& spec) {
     const bool is_pinhole = spec.lens.model == camera::LensModel::pinhole;
     if (is_pinhole ? spec.lens_sampling.method != LensMethod::automatic : spec.lens_sampling != LensSampling{})
         return std::unexpected(Error{ErrorKind::unsupported,
-                                     "lens: with a sensor it is drawn through itself (method, filter and oversample "
+                                     "lens: with a sensor it is drawn through itself (method and filter "
                                      "as they are when left out)"});
     return {};
 }

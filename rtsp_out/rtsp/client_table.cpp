@@ -69,6 +69,7 @@ ClientTable::~ClientTable() {
 }
 
 bool ClientTable::make_room(const std::string& address) {
+    thread_.check();
     std::size_t staying = 0, strangers = 0, of_address = 0;
     Clients::value_type *oldest = nullptr, *oldest_of_address = nullptr;
     const auto keep_older = [](Clients::value_type*& kept, Clients::value_type& entry) {
@@ -129,6 +130,7 @@ void ClientTable::log(const std::string& address, const std::string& what) {
 }
 
 void ClientTable::close_idle(TimeNs monotonic_ns) {
+    thread_.check();
     for (auto& [client, record] : clients_) {
         if (record.leaves) continue;
         const TimeNs began_ns = record.guard->bounds.message_began_ns();
@@ -141,6 +143,7 @@ void ClientTable::close_idle(TimeNs monotonic_ns) {
 }
 
 void ClientTable::add(GstRTSPClient* client) {
+    thread_.check();
     GSocket* socket = gst_rtsp_connection_get_write_socket(gst_rtsp_client_get_connection(client));
     auto guard = guard_of(socket);
     CHECK(guard != nullptr);
@@ -250,6 +253,7 @@ void ClientTable::on_play(GstRTSPClient* client, GstRTSPContext* context, void*)
 
 void ClientTable::on_closed(GstRTSPClient* client, void* table) {
     auto* const self = static_cast<ClientTable*>(table);
+    self->thread_.check();
     g_signal_handlers_disconnect_by_data(client, table);
     const auto found = self->clients_.find(client);
     CHECK(found != self->clients_.end());
@@ -263,6 +267,7 @@ void ClientTable::on_closed(GstRTSPClient* client, void* table) {
 }
 
 void ClientTable::let_go(TimeNs monotonic_ns) {
+    thread_.check();
     for (const Departed& one : departed_) gst_rtsp_client_close(one.client.get());  // its sockets at once
     const auto is_over = [&] {
         return departed_.size() > limits_.connections || monotonic_ns - departed_.front().since_ns >= afterlife_ns;

@@ -11,6 +11,7 @@
 
 #include "core/base/connection_counts.h"
 #include "core/base/log_pace.h"
+#include "core/base/thread_check.h"
 #include "rtsp_out/rtsp/bounded_connection.h"
 #include "rtsp_out/rtsp/failed_logins.h"
 #include "rtsp_out/rtsp/gst_handle.h"
@@ -93,6 +94,7 @@ private:
     LiveConnectionCounts counts_;
     std::deque<Departed> departed_;
     std::uint64_t last_number_ = 0;
+    ThreadCheck thread_;
 };
 
 /// Its connection ends with RST, and what waits to be sent is not (socket(7), SO_LINGER).

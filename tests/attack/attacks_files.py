@@ -56,7 +56,6 @@ def a_strangers_socket(target: Target) -> str:
     """Another user's program listens where the owner's rig would: the command line does not talk to it."""
     path = target.folder / "taken.sock"
     os.chmod(target.folder, 0o755)
-    heard: list[bytes] = []
     with socket.socket(socket.AF_UNIX) as listener:
         listener.bind(str(path))
         os.chmod(path, 0o777)

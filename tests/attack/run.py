@@ -13,7 +13,6 @@ time and stays on the loopback interface. Needs CAMRIG_BIN or a build, and root 
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 import tempfile
 import time

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include "core/render/composed_renderer.h"
 #include "core/render/gl/gpu_model.h"
 #include "core/render/gl/readback.h"
 #include "core/render/gl/stream_buffer.h"
+#include "core/render/null_renderer.h"
 #include "tests/render/support/test_rig.h"
 
 namespace camrig::render {
@@ -37,6 +39,36 @@ TEST(Memory, ModelsOfAWorldThatIsGoneAreFreedThoughBothRasterisersDrewThem) {
     draw_by_all(world_of(other, other));
     EXPECT_TRUE(still.expired());
     EXPECT_TRUE(moving.expired());
+}
+
+// Of a machine with a GPU: our rasteriser has cameras with a sensor alone.
+TEST(Memory, AWorldIsLetGoWithTheLastCameraThatOurRasteriserDraws) {
+    const auto pool = std::make_shared<frame::FramePool>();
+    ComposedRenderer renderer({.pool = pool, .static_layer_bytes = 1 << 24}, std::make_unique<NullRenderer>(pool));
+    const world::ModelRef still = model_of(box(glm::vec3(0.5f)), colored({1, 0, 0}));
+    const View plain = TestCamera{}.view(1);
+    View sensing = TestCamera{}.view(2);
+    auto with_sensor = std::make_shared<world::CameraSpec>(*sensing.spec);
+    with_sensor->sensor.emplace();
+    sensing.spec = with_sensor;
+    View sensing_no_more = TestCamera{}.view(2);
+    sensing_no_more.spec_revision = sensing.spec_revision + 1;
+    const auto is_held_after = [&](const auto& what_happens) {
+        world::SnapshotRef moment = world_of(still, still);
+        const std::weak_ptr<const world::Snapshot> watched = moment;
+        EXPECT_TRUE(renderer.draw(moment, 0, std::vector{plain, sensing}));
+        moment.reset();
+        what_happens();
+        return !watched.expired();
+    };
+    EXPECT_TRUE(is_held_after([] {})) << "for the camera's next picture";
+    EXPECT_TRUE(is_held_after([&] { renderer.forget(plain.camera); }));
+    EXPECT_FALSE(is_held_after([&] { renderer.forget(sensing.camera); }));
+    EXPECT_FALSE(is_held_after([&] { renderer.hand_over(sensing.camera); }));
+    EXPECT_FALSE(is_held_after(
+        [&] { EXPECT_TRUE(renderer.draw(world_of(still, still), 0, std::vector{plain, sensing_no_more})); }));
+    EXPECT_FALSE(is_held_after([&] { EXPECT_TRUE(renderer.draw(world_of(still, still), 0, {})); }))
+        << "there is another world";
 }
 
 /// A device that gives buffers, but no memory for them.

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import yaml
 
-import camrig
 from conftest import REPOSITORY
 
 sys.path.insert(0, str(REPOSITORY / "tools" / "bench"))

@@ -48,7 +48,7 @@ def test_ffprobe_knows_what_it_is(rig):
 
 
 def test_curl_takes_snapshots(rig):
-    cam = rig.create_camera("lobby", size=(320, 240))
+    rig.create_camera("lobby", size=(320, 240))
     base = f"{rig.http_url.rstrip('/')}/cameras/lobby/snapshot"
     for suffix, content_type in (("jpg", "image/jpeg"), ("png", "image/png")):
         done = run("curl", "-sS", "-i", f"{base}.{suffix}")

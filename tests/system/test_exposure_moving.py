@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import camrig
-from conftest import REPOSITORY
 
 WIDTH, HEIGHT = 640, 480
 READOUT_S, EXPOSURE_S = 0.03, 0.0005

@@ -10,7 +10,6 @@ import threading
 import urllib.error
 import urllib.request
 
-import pytest
 
 import camrig
 from fault_books import check_books

@@ -305,7 +305,7 @@ def test_a_cut_part_ends_the_stream_in_the_middle_of_a_picture(rig):
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 def test_a_stalled_stream_sends_nothing_and_goes_on(rig):
-    cam = rig.create_camera("lobby", size=(160, 120), fps=25)
+    rig.create_camera("lobby", size=(160, 120), fps=25)
     reader = socket.create_connection(urllib.parse.urlparse(rig.http_url).netloc.split(":"), timeout=30)
     reader.sendall(b"GET /cameras/lobby/stream.mjpg HTTP/1.1\r\nHost: localhost\r\n\r\n")
     reader.recv(1 << 16)

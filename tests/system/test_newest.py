@@ -6,7 +6,6 @@ import cv2
 import numpy as np
 import pytest
 
-import camrig
 
 #: Size, and where the camera looks: at the ground or into the sky. Each differs from the one before in the size, the pose or both.
 DOWN, UP = {"position": (-6, 0, 2.5), "pan_deg": 0, "tilt_deg": -80}, {"position": (-6, 0, 2.5), "pan_deg": 0, "tilt_deg": 80}

@@ -2,7 +2,6 @@
 
 import itertools
 import json
-import os
 import socket
 
 import cv2

@@ -1,7 +1,6 @@
 """What strangers can cost an RTSP server: bounded bytes, bounded time, bounded places, and nobody else's stream."""
 
 import contextlib
-import hashlib
 import os
 import pathlib
 import re

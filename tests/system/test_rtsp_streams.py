@@ -13,7 +13,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
-from rtsp_client import gst_reads, read_aside, run, stepping, strictly_rising, unwrapped
+from rtsp_client import gst_reads, read_aside, run, stepping
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 

@@ -8,7 +8,6 @@ import sys
 import numpy as np
 import pytest
 
-import camrig
 from compliance import complaints
 
 CAMRIG = os.environ["CAMRIG_BIN"]

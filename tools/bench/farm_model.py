@@ -74,7 +74,6 @@ class Held:
     node_seconds: float = 0.0
     held_seconds: float = 0.0
     holds: int = 0
-    late_commands: int = 0
 
     @property
     def share(self) -> float:

@@ -1,14 +1,7 @@
 #include "tools/camrig/camera_controls.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-#include <optional>
-#include <tuple>
-#include <type_traits>
-
-#include <linux/videodev2.h>
+#include <iterator>
 
 #include "tools/camrig/error_controls.h"
 #include "v4l2_sink/preload/device_output.h"
@@ -16,336 +9,12 @@
 namespace camrig::cli {
 namespace {
 
-constexpr double arcsec_per_deg = 3600.0, arcsec_per_rad = arcsec_per_deg * 180.0 / std::numbers::pi;
 constexpr const char* not_told = "the camera's state has not been told yet";
-constexpr int manual_exposure = V4L2_EXPOSURE_MANUAL, scene_exposure = V4L2_EXPOSURE_APERTURE_PRIORITY;
-/// exposure_absolute (in 0.1 ms) that stands for the scene's own exposure.
-constexpr double usual_exposure = 100;
 
-std::int32_t whole(double value) {
-    return static_cast<std::int32_t>(std::lround(value));
-}
-
-using Known = CameraControls::Known;
-
-/// Exposure of a sensor in V4L2's unit.
-constexpr double exposure_units_per_s = 1e4;
-constexpr std::int32_t longest_exposure = 100'000;
-
-/// What values of controls come to: a change of the camera, and moves of its head, if it has one.
-struct Change {
-    CameraControls::Manual manual = {};  ///< of its sensor
-    std::optional<world::CameraPatch> patch;
-    std::optional<camera::PtzMove> turn;   ///< absolute
-    std::optional<camera::PtzMove> drive;  ///< continuous
-
-    world::CameraPatch& camera() { return patch ? *patch : patch.emplace(); }
-    camera::PtzMove& to() { return turn ? *turn : turn.emplace(); }
-    camera::PtzMove& at_speed() {
-        return drive ? *drive : drive.emplace(camera::PtzMove{.mode = camera::PtzMode::continuous});
-    }
-};
-
-/// One control: how it is listed, and how it is read from and written to a camera.
-struct CameraControl {
-    device::DeviceControl control;
-    std::int32_t (*read)(const Known& known);
-    void (*write)(std::int32_t value, const Known& known, Change& change);
-    /// Of cameras on heads alone: the ends of its range.
-    std::pair<std::int32_t, std::int32_t> (*range_on)(const camera::PtzSpec& head) = nullptr;
-    /// Of cameras on heads alone: its value at a position.
-    std::int32_t (*at)(const camera::PtzPosition& position) = nullptr;
-    bool is_of_heads = false;  ///< other cameras do not have it
-    /// Of cameras with a sensor alone: the ends of its range.
-    std::optional<std::pair<std::int32_t, std::int32_t>> range_of_sensors = {};
-    bool is_of_sensors = false;  ///< other cameras do not have it
-};
-
-const sensor::SensorSpec* sensor_of(const Known& known) {
-    const auto& sensor = known.camera.spec()->sensor;
-    return sensor ? &*sensor : nullptr;
-}
-
-/// Changes the sensor of a camera that has one, the image controls of another.
-template <class OfSensor, class OfPicture>
-void change_either(Change& change, OfSensor of_sensor, OfPicture of_picture) {
-    change.camera().change([=](world::CameraSpec& spec) {
-        if (spec.sensor)
-            of_sensor(*spec.sensor);
-        else
-            of_picture(spec.controls);
-    });
-}
-
-const camera::PtzHead* head_of(const Known& known) {
-    const auto head = known.camera.head();
-    return head ? *head : nullptr;
-}
-
-/// Where its last command brings it; where that never ends, where it was when the camera was asked.
-std::optional<camera::PtzPosition> target_of(const Known& known) {
-    const auto* head = head_of(known);
-    if (head == nullptr) return std::nullopt;
-    if (head->never_stands()) return known.head ? known.head->position : camera::PtzPosition{};
-    return head->status(head->arrives_ns()).position;
-}
-
-std::int32_t read(const CameraControl& control, const Known& known) {
-    const auto target = control.at ? target_of(known) : std::nullopt;
-    return target ? control.at(*target) : control.read(known);
-}
-
-/// The whole arc seconds within limits in degrees.
-std::pair<std::int32_t, std::int32_t> arcsec_range(double low_deg, double high_deg) {
-    return {static_cast<std::int32_t>(std::ceil(low_deg * arcsec_per_deg - 1e-6)),
-            static_cast<std::int32_t>(std::floor(high_deg * arcsec_per_deg + 1e-6))};
-}
-
-device::DeviceControl listed_for(const CameraControl& one, const Known* known) {
-    device::DeviceControl control = one.control;
-    const camera::PtzHead* const head = known ? head_of(*known) : nullptr;
-    if (head && one.range_on) std::tie(control.minimum, control.maximum) = one.range_on(head->spec());
-    if (known && sensor_of(*known) && one.range_of_sensors)
-        std::tie(control.minimum, control.maximum) = *one.range_of_sensors;
-    control.default_value = std::clamp(control.default_value, control.minimum, control.maximum);
-    return control;
-}
-
-bool has_control(const CameraControl& one, const Known* known) {
-    if (one.is_of_heads) return known && head_of(*known);
-    return !one.is_of_sensors || (known && sensor_of(*known));
-}
-
-/// One that stands for a member of the camera's image controls, in steps of 1 / steps_per_unit.
-template <auto member, int steps_per_unit = 1>
-CameraControl image_control(device::DeviceControl control) {
-    return {std::move(control),
-            [](const Known& known) {
-                return whole(static_cast<double>(known.camera.spec()->controls.*member) * steps_per_unit);
-            },
-            [](std::int32_t value, const Known&, Change& change) {
-                change.camera().change([value](world::CameraSpec& spec) {
-                    using Member = std::remove_reference_t<decltype(spec.controls.*member)>;
-                    spec.controls.*member = static_cast<Member>(value / double{steps_per_unit});
-                });
-            }};
-}
-
-/// Whole degrees a second.
-std::pair<std::int32_t, std::int32_t> speeds_of(const camera::PtzSpec& head) {
-    const auto most = static_cast<std::int32_t>(std::ceil(head.speed_deg_s));
-    return {-most, most};
-}
-
-// The names are those of the kernel's uvcvideo of old, which usb_cam and many scripts go by.
-const std::vector<CameraControl>& camera_controls() {
-    using enum device::DeviceControl::Kind;
-    static const std::vector<CameraControl> all{
-        image_control<&ImageControls::brightness, 100>(
-            {V4L2_CID_BRIGHTNESS, integer, "Brightness", -100, 100, 1, 0, 0, {}}),
-        image_control<&ImageControls::contrast, 100>({V4L2_CID_CONTRAST, integer, "Contrast", 0, 200, 1, 100, 0, {}}),
-        image_control<&ImageControls::saturation, 100>(
-            {V4L2_CID_SATURATION, integer, "Saturation", 0, 200, 1, 100, 0, {}}),
-        {{V4L2_CID_AUTO_WHITE_BALANCE, boolean, "White Balance Temperature, Auto", 0, 1, 1, 1, 0, {}},
-         [](const Known& known) {
-             const auto* sensor = sensor_of(known);
-             return (sensor ? !sensor->white_balance_k : known.camera.spec()->controls.auto_white_balance) ? 1 : 0;
-         },
-         [](std::int32_t value, const Known&, Change& change) {
-             change_either(
-                 change,
-                 [value, manual_k = change.manual.white_balance_k](sensor::SensorSpec& sensor) {
-                     if (value != 0)
-                         sensor.white_balance_k.reset();
-                     else if (!sensor.white_balance_k)
-                         sensor.white_balance_k = manual_k;
-                 },
-                 [value](ImageControls& controls) { controls.auto_white_balance = value != 0; });
-         }},
-        {.control = {V4L2_CID_GAIN, integer, "Gain", 0, 240, 1, 0, 0, {}},
-         .read =
-             [](const Known& known) {
-                 const auto* sensor = sensor_of(known);
-                 return whole(10.0 * (sensor ? sensor->gain_db : known.camera.spec()->controls.gain_db));
-             },
-         .write =
-             [](std::int32_t value, const Known&, Change& change) {
-                 change_either(
-                     change, [value](sensor::SensorSpec& sensor) { sensor.gain_db = value / 10.0; },
-                     [value](ImageControls& controls) { controls.gain_db = value / 10.0; });
-             },
-         .range_of_sensors = std::pair(0, 480)},
-        {.control =
-             {V4L2_CID_WHITE_BALANCE_TEMPERATURE, integer, "White Balance Temperature", 2800, 10000, 10, 6500, 0, {}},
-         .read =
-             [](const Known& known) {
-                 const auto* sensor = sensor_of(known);
-                 return whole(sensor ? sensor->white_balance_k.value_or(known.manual.white_balance_k)
-                                     : known.camera.spec()->controls.white_balance_k);
-             },
-         .write =
-             [](std::int32_t value, const Known&, Change& change) {
-                 change.manual.white_balance_k = value;
-                 change_either(
-                     change,
-                     [value](sensor::SensorSpec& sensor) {
-                         if (sensor.white_balance_k) sensor.white_balance_k = value;
-                     },
-                     [value](ImageControls& controls) { controls.white_balance_k = value; });
-             },
-         .range_of_sensors = std::pair(2000, 12'000)},
-        {.control = {V4L2_CID_POWER_LINE_FREQUENCY,
-                     menu,
-                     "Power Line Frequency",
-                     V4L2_CID_POWER_LINE_FREQUENCY_DISABLED,
-                     V4L2_CID_POWER_LINE_FREQUENCY_60HZ,
-                     1,
-                     V4L2_CID_POWER_LINE_FREQUENCY_DISABLED,
-                     0,
-                     {"Disabled", "50 Hz", "60 Hz"}},
-         .read =
-             [](const Known& known) {
-                 // Others than these two are said as the nearer one.
-                 const double hz = sensor_of(known) ? sensor_of(known)->flicker_hz : 0.0;
-                 return std::int32_t{hz == 0.0   ? V4L2_CID_POWER_LINE_FREQUENCY_DISABLED
-                                     : hz < 55.0 ? V4L2_CID_POWER_LINE_FREQUENCY_50HZ
-                                                 : V4L2_CID_POWER_LINE_FREQUENCY_60HZ};
-             },
-         .write =
-             [](std::int32_t value, const Known&, Change& change) {
-                 constexpr double hz_of[] = {0.0, 50.0, 60.0};
-                 change_either(
-                     change, [hz = hz_of[value]](sensor::SensorSpec& sensor) { sensor.flicker_hz = hz; },
-                     [](ImageControls&) {});
-             },
-         .is_of_sensors = true},
-        {{V4L2_CID_EXPOSURE_AUTO,
-          menu,
-          "Exposure, Auto",
-          manual_exposure,
-          scene_exposure,
-          1,
-          scene_exposure,
-          0,
-          {"Manual Mode", "", "Aperture Priority Mode"}},
-         [](const Known& known) {
-             const auto* sensor = sensor_of(known);
-             return (sensor ? !sensor->exposure_s : known.camera.spec()->controls.auto_exposure) ? scene_exposure
-                                                                                                 : manual_exposure;
-         },
-         [](std::int32_t value, const Known&, Change& change) {
-             change_either(
-                 change,
-                 [value, manual_s = change.manual.exposure_s](sensor::SensorSpec& sensor) {
-                     if (value != manual_exposure)
-                         sensor.exposure_s.reset();
-                     else if (!sensor.exposure_s)
-                         sensor.exposure_s = manual_s;
-                 },
-                 [value](ImageControls& controls) { controls.auto_exposure = value != manual_exposure; });
-         }},
-        {.control =
-             {V4L2_CID_EXPOSURE_ABSOLUTE, integer, "Exposure (Absolute)", 2, 6400, 1, whole(usual_exposure), 0, {}},
-         .read =
-             [](const Known& known) {
-                 if (const auto* sensor = sensor_of(known))
-                     return std::clamp(
-                         whole(sensor->exposure_s.value_or(known.manual.exposure_s) * exposure_units_per_s), 1,
-                         longest_exposure);
-                 return std::clamp(whole(usual_exposure * std::exp2(known.camera.spec()->controls.exposure_ev)), 2,
-                                   6400);
-             },
-         .write =
-             [](std::int32_t value, const Known&, Change& change) {
-                 change.manual.exposure_s = value / exposure_units_per_s;
-                 change_either(
-                     change,
-                     [exposure_s = change.manual.exposure_s](sensor::SensorSpec& sensor) {
-                         if (sensor.exposure_s) sensor.exposure_s = exposure_s;
-                     },
-                     [value](ImageControls& controls) { controls.exposure_ev = std::log2(value / usual_exposure); });
-             },
-         .range_of_sensors = std::pair(1, longest_exposure)},
-        // Of old "Exposure, Auto Priority", which says less.
-        {.control = {V4L2_CID_EXPOSURE_AUTO_PRIORITY, boolean, "Exposure, Dynamic Framerate", 0, 1, 1, 0, 0, {}},
-         .read =
-             [](const Known& known) {
-                 const auto* sensor = sensor_of(known);
-                 return std::int32_t{sensor && sensor->dynamic_framerate};
-             },
-         .write =
-             [](std::int32_t value, const Known&, Change& change) {
-                 change_either(
-                     change, [value](sensor::SensorSpec& sensor) { sensor.dynamic_framerate = value != 0; },
-                     [](ImageControls&) {});
-             },
-         .is_of_sensors = true},
-        {{V4L2_CID_PAN_ABSOLUTE, integer, "Pan (Absolute)", -648000, 648000, 1, 0, 0, {}},
-         [](const Known& known) {
-             return whole(-camera::angles_of(known.camera.spec()->pose.orientation).pan * arcsec_per_rad);
-         },
-         [](std::int32_t value, const Known& known, Change& change) {
-             if (head_of(known))
-                 change.to().pan_deg = -value / arcsec_per_deg;
-             else
-                 change.camera().pan_rad = -value / arcsec_per_rad;
-         },
-         [](const camera::PtzSpec& head) {
-             const auto limits = head.pan_limits_deg.value_or(camera::PtzLimits{-180, 180});
-             return arcsec_range(-limits.high, -limits.low);
-         },
-         [](const camera::PtzPosition& position) { return whole(-position.pan_deg * arcsec_per_deg); }},
-        {{V4L2_CID_TILT_ABSOLUTE, integer, "Tilt (Absolute)", -324000, 324000, 1, 0, 0, {}},
-         [](const Known& known) {
-             return whole(camera::angles_of(known.camera.spec()->pose.orientation).tilt * arcsec_per_rad);
-         },
-         [](std::int32_t value, const Known& known, Change& change) {
-             if (head_of(known))
-                 change.to().tilt_deg = value / arcsec_per_deg;
-             else
-                 change.camera().tilt_rad = value / arcsec_per_rad;
-         },
-         [](const camera::PtzSpec& head) { return arcsec_range(head.tilt_limits_deg.low, head.tilt_limits_deg.high); },
-         [](const camera::PtzPosition& position) { return whole(position.tilt_deg * arcsec_per_deg); }},
-        {{V4L2_CID_ZOOM_ABSOLUTE, integer, "Zoom, Absolute", 100, 1000, 1, 100, 0, {}},
-         [](const Known& known) { return whole(known.camera.spec()->zoom * 100); },
-         [](std::int32_t value, const Known& known, Change& change) {
-             if (head_of(known))
-                 change.to().zoom = value / 100.0;
-             else
-                 change.camera().zoom = value / 100.0;
-         },
-         [](const camera::PtzSpec& head) {
-             return std::pair(100, static_cast<std::int32_t>(std::floor(head.zoom_max * 100)));
-         },
-         [](const camera::PtzPosition& position) { return whole(position.zoom * 100); }},
-        // Speeds are set and not read back: a head does not say how fast it goes.
-        {{V4L2_CID_PAN_SPEED, integer, "Pan, Speed", 0, 0, 1, 0, 0, {}},
-         [](const Known&) { return 0; },
-         [](std::int32_t value, const Known&, Change& change) { change.at_speed().pan_deg = -value; },
-         speeds_of,
-         nullptr,
-         true},
-        {{V4L2_CID_TILT_SPEED, integer, "Tilt, Speed", 0, 0, 1, 0, 0, {}},
-         [](const Known&) { return 0; },
-         [](std::int32_t value, const Known&, Change& change) { change.at_speed().tilt_deg = value; },
-         speeds_of,
-         nullptr,
-         true},
-    };
-    return all;
-}
-
-bool has_error_controls(const Known& known) {
+bool has_error_controls(const KnownCamera& known) {
     return std::ranges::any_of(known.camera.spec()->outputs, [](const OutputSpec& output) {
         return output.kind == "device" && options_of<device::DeviceOutput>(output).error_controls;
     });
-}
-
-const CameraControl* find_control(std::uint32_t id) {
-    const auto& all = camera_controls();
-    const auto found = std::ranges::find(all, id, [](const CameraControl& one) { return one.control.id; });
-    return found == all.end() ? nullptr : &*found;
 }
 
 }  // namespace
@@ -357,7 +26,7 @@ void CameraControls::on_change(Changed changed) {
 
 std::vector<device::DeviceControl> CameraControls::list(std::string_view camera) {
     const auto found = known(camera);
-    const Known* const camera_known = found ? &*found : nullptr;
+    const KnownCamera* const camera_known = found ? &*found : nullptr;
     std::vector<device::DeviceControl> controls;
     for (const CameraControl& one : camera_controls())
         if (has_control(one, camera_known)) controls.push_back(listed_for(one, camera_known));
@@ -365,7 +34,7 @@ std::vector<device::DeviceControl> CameraControls::list(std::string_view camera)
     return controls;
 }
 
-std::optional<CameraControls::Known> CameraControls::known(std::string_view camera) const {
+std::optional<KnownCamera> CameraControls::known(std::string_view camera) const {
     std::lock_guard lock(mutex_);
     const auto found = known_.find(camera);
     return found == known_.end() ? std::nullopt : std::optional(found->second);
@@ -382,7 +51,7 @@ Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t 
     const auto found = known(camera);
     if (!found) return error(ErrorKind::unavailable, not_told);
     const device::DeviceControl listed = listed_for(*control, &*found);
-    return std::clamp(read(*control, *found), listed.minimum, listed.maximum);
+    return std::clamp(read_control(*control, *found), listed.minimum, listed.maximum);
 }
 
 void CameraControls::ask(std::string_view camera, std::uint32_t id, std::function<void(Result<std::int32_t>)> done) {
@@ -404,7 +73,7 @@ void CameraControls::set(std::string_view camera, std::span<const device::Device
     if (!before) return done(error(ErrorKind::unavailable, not_told));
     if (std::ranges::any_of(values, is_error_control, &device::DeviceControlValue::id))
         return set_errors(std::string(camera), values, std::move(done));
-    Change change{.manual = before->manual, .patch = {}, .turn = {}, .drive = {}};
+    ControlChange change{.manual = before->manual, .patch = {}, .turn = {}, .drive = {}};
     for (const auto& [id, value] : values) {
         const CameraControl* const control = find_control(id);
         if (!control) return done(error(ErrorKind::not_found, "no such control"));
@@ -498,7 +167,7 @@ void CameraControls::forget(const std::string& camera) {
 void CameraControls::told(const engine::CameraReply& report) {
     std::lock_guard lock(mutex_);
     const std::string& name = report.camera.spec()->name;
-    Known now{report.camera, report.now.head};
+    KnownCamera now{report.camera, report.now.head};
     const auto before = known_.find(name);
     if (before != known_.end()) now.manual = before->second.manual;
     if (const auto* sensor = sensor_of(now)) {
@@ -509,7 +178,7 @@ void CameraControls::told(const engine::CameraReply& report) {
     std::vector<std::uint32_t> ids;
     if (before != known_.end())
         for (const CameraControl& one : camera_controls())
-            if (read(one, before->second) != read(one, now) &&
+            if (read_control(one, before->second) != read_control(one, now) &&
                 (setting == being_set_.end() || !setting->second.contains(one.control.id)))
                 ids.push_back(one.control.id);
     known_.insert_or_assign(name, now);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/engine/command.h"
+#include "tools/camrig/control_table.h"
 #include "v4l2_sink/preload/control_port.h"
 
 namespace camrig::cli {
@@ -44,30 +45,18 @@ public:
     void refresh(const std::string& camera);
     void forget(const std::string& camera);
 
-    /// Settings of a sensor that stand aside while their automatic is on; they come back when it is switched off.
-    struct Manual {
-        double exposure_s = 0.01;
-        double white_balance_k = 6500.0;
-    };
-    /// What the latest answer told of a camera.
-    struct Known {
-        world::Camera camera;
-        std::optional<camera::PtzStatus> head;  ///< as it was then
-        Manual manual = {};
-    };
-
 private:
     /// Lets the camera fail as these values say. They came in one call with no others: vivid's are of a class of their
     /// own.
     void set_errors(const std::string& camera, std::span<const device::DeviceControlValue> values,
                     std::function<void(Result<void>)> done);
     void told(const engine::CameraReply& report);
-    std::optional<Known> known(std::string_view camera) const;
+    std::optional<KnownCamera> known(std::string_view camera) const;
 
     engine::CommandPort& commands_;
     mutable std::mutex mutex_;  ///< guards what follows
     Changed changed_;
-    std::map<std::string, Known, std::less<>> known_;
+    std::map<std::string, KnownCamera, std::less<>> known_;
     std::map<std::string, std::int32_t, std::less<>> dropped_percent_;  ///< as it was set last
     /// Controls that programs are setting: who sets one hears nothing of it from here, others from the device server.
     std::map<std::string, std::multiset<std::uint32_t>> being_set_;

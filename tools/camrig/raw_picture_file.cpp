@@ -1,14 +1,11 @@
 #include "tools/camrig/raw_picture_file.h"
 
-#include <array>
-#include <csetjmp>
-#include <cstring>
 #include <fstream>
-#include <memory>
 #include <regex>
+#include <span>
 #include <string>
 
-#include <png.h>
+#include "core/world/png_reader.h"
 
 namespace camrig::cli {
 namespace {
@@ -24,39 +21,15 @@ bool is_side(long long value) {
     return value >= 1 && value <= most_side;
 }
 
-struct File {
-    void operator()(std::FILE* file) const { std::fclose(file); }
-};
-
-struct PngRead {
-    char message[160] = "";
-    std::jmp_buf jump{};
-};
-
-void png_failed(png_structp png, png_const_charp message) {
-    auto* read = static_cast<PngRead*>(png_get_error_ptr(png));
-    std::strncpy(read->message, message, sizeof read->message - 1);
-    std::longjmp(read->jump, 1);
-}
-
-void png_ignore(png_structp, png_const_charp) {}
-
-// libpng leaves by longjmp, so the two halves below hold nothing that needs a destructor.
-bool png_header(png_structp png, png_infop info, PngRead& read, std::FILE* file) {
-    if (setjmp(read.jump)) return false;
-    png_init_io(png, file);
-    png_read_info(png, info);
-    return true;
-}
-
-bool png_rows(png_structp png, png_infop info, PngRead& read, std::uint8_t* out) {
-    if (setjmp(read.jump)) return false;
-    const int passes = png_set_interlace_handling(png);
-    png_read_update_info(png, info);
-    const png_uint_32 height = png_get_image_height(png, info);
-    for (int pass = 0; pass < passes; ++pass)
-        for (png_uint_32 y = 0; y < height; ++y) png_read_row(png, out + y * png_get_rowbytes(png, info), nullptr);
-    return true;
+Result<std::string> bytes_of(const std::filesystem::path& path) {
+    std::error_code failed;
+    const auto length = std::filesystem::file_size(path, failed);
+    if (failed) return refused(path, failed.message());
+    if (length > most_file_bytes) return refused(path, "is larger than 1 GiB");
+    std::ifstream in(path, std::ios::binary);
+    std::string bytes(length, '\0');
+    if (!in.read(bytes.data(), static_cast<std::streamsize>(length))) return refused(path, "cannot be read");
+    return bytes;
 }
 
 /// Numbers of one or two bytes each, as they lie in a file.
@@ -73,25 +46,18 @@ std::vector<std::uint16_t> numbers_of(const std::uint8_t* bytes, std::size_t cou
 }
 
 Result<std::vector<sensor::RawPicture>> read_png(const std::filesystem::path& path) {
-    const std::unique_ptr<std::FILE, File> file(std::fopen(path.c_str(), "rb"));
-    if (!file) return refused(path, std::strerror(errno));
-    PngRead read;
-    png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &read, png_failed, png_ignore);
-    CHECK(png != nullptr);
-    struct Ended {
-        png_structp png;
-        png_infop info;
-        ~Ended() { png_destroy_read_struct(&png, &info, nullptr); }
-    } held{png, png_create_info_struct(png)};
-    if (!png_header(png, held.info, read, file.get())) return refused(path, read.message);
-    const auto width = png_get_image_width(png, held.info), height = png_get_image_height(png, held.info);
-    const int depth = png_get_bit_depth(png, held.info);
+    const auto file = bytes_of(path);
+    if (!file) return std::unexpected(file.error());
+    auto png = world::PngReader::open(std::as_bytes(std::span(*file)));
+    if (!png) return refused(path, png.error().message);
+    const auto width = png->width(), height = png->height();
+    const int depth = png->bit_depth();
     if (!is_side(width) || !is_side(height)) return refused(path, "sides of 1 to 16384 are read");
-    if (png_get_color_type(png, held.info) != PNG_COLOR_TYPE_GRAY || (depth != 8 && depth != 16))
+    if (!png->is_gray() || (depth != 8 && depth != 16))
         return refused(path, "must be a grey PNG of 8 or 16 bits: the raw numbers, not a picture of them");
     const int each = depth / 8;
     std::vector<std::uint8_t> bytes(std::size_t{width} * height * static_cast<std::size_t>(each));
-    if (!png_rows(png, held.info, read, bytes.data())) return refused(path, read.message);
+    if (auto good = png->read_stored(bytes.data()); !good) return refused(path, good.error().message);
     std::vector<sensor::RawPicture> one(1);
     one[0] = {path.string(),
               {static_cast<int>(width), static_cast<int>(height)},
@@ -101,13 +67,10 @@ Result<std::vector<sensor::RawPicture>> read_png(const std::filesystem::path& pa
 
 /// The format of numpy.save, version 1 to 3: magic, version, length of the header, a Python dictionary, the numbers.
 Result<std::vector<sensor::RawPicture>> read_npy(const std::filesystem::path& path) {
-    std::error_code failed;
-    const auto length = std::filesystem::file_size(path, failed);
-    if (failed) return refused(path, failed.message());
-    if (length > most_file_bytes) return refused(path, "is larger than 1 GiB");
-    std::ifstream in(path, std::ios::binary);
-    std::string bytes(length, '\0');
-    if (!in.read(bytes.data(), static_cast<std::streamsize>(length))) return refused(path, "cannot be read");
+    const auto file = bytes_of(path);
+    if (!file) return std::unexpected(file.error());
+    const std::string& bytes = *file;
+    const std::size_t length = bytes.size();
     const auto byte = [&](std::size_t i) { return static_cast<std::size_t>(static_cast<unsigned char>(bytes[i])); };
     if (length < 12 || !bytes.starts_with("\x93NUMPY")) return refused(path, "is no .npy file");
     const bool is_first = byte(6) == 1;

@@ -38,7 +38,7 @@ ALLOWED: dict[str, list[str]] = {
                     "core/truth", "core/engine/command.h"],
     "control/onvif": ["core/base", "core/camera", "core/world", "core/frame", "core/stream", "core/engine/command.h"],
     "control/unrealcv": ["core/base", "core/camera", "core/world", "core/frame", "core/codec", "core/stream", "core/truth",
-                         "core/engine/command.h", "control/server/loop_post.h",
+                         "core/engine/command.h", "control/server/accept_loop.h", "control/server/loop_event.h", "control/server/loop_post.h",
                          "control/server/loop_thread.h"],
     "control/server": ["core/base", "control/rpc"],
     "control/client": ["core/base"],

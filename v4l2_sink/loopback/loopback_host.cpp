@@ -36,6 +36,7 @@ LoopbackHost::~LoopbackHost() {
 }
 
 void LoopbackHost::set(LoopbackSettings settings, TimeNs monotonic_ns) {
+    thread_.check();
     const auto [found, is_new] = devices_.try_emplace(settings.number);
     Device& device = found->second;
     if (is_new || std::holds_alternative<Leaving>(device.state) || device.settings.camera != settings.camera) {
@@ -54,6 +55,7 @@ void LoopbackHost::set(LoopbackSettings settings, TimeNs monotonic_ns) {
 }
 
 void LoopbackHost::unset(int number, TimeNs monotonic_ns) {
+    thread_.check();
     const auto found = devices_.find(number);
     if (found == devices_.end()) return;
     Device& device = found->second;
@@ -65,6 +67,7 @@ void LoopbackHost::unset(int number, TimeNs monotonic_ns) {
 }
 
 void LoopbackHost::tick(TimeNs monotonic_ns) {
+    thread_.check();
     for (auto it = devices_.begin(); it != devices_.end();) {
         Device& device = it->second;
         if (std::holds_alternative<Leaving>(device.state)) {

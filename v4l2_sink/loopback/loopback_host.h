@@ -7,6 +7,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/thread_check.h"
 #include "core/stream/frame_bus.h"
 #include "v4l2_sink/loopback/device.h"
 #include "v4l2_sink/loopback/kernel.h"
@@ -96,6 +97,7 @@ private:
     const std::shared_ptr<TaskQueue> tasks_;
     const Options options_;
     std::map<int, Device> devices_;  ///< by number
+    ThreadCheck thread_;
 };
 
 }  // namespace camrig::device

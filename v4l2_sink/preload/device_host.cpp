@@ -69,11 +69,13 @@ DeviceHost::~DeviceHost() {
 }
 
 void DeviceHost::add_device(int number, std::string camera, codec::ChromaSampling mjpg_sampling) {
+    thread_.check();
     remove_device(number);
     devices_[number] = DeviceState{std::move(camera), mjpg_sampling, std::nullopt};
 }
 
 void DeviceHost::remove_device(int number) {
+    thread_.check();
     devices_.erase(number);
     const auto sessions = sessions_;
     for (const SessionRef& session : sessions)
@@ -81,6 +83,7 @@ void DeviceHost::remove_device(int number) {
 }
 
 void DeviceHost::set_standing(const std::string& camera, const fault::Standing& standing) {
+    thread_.check();
     if (standing == fault::Standing{})
         standing_.erase(camera);
     else
@@ -102,6 +105,7 @@ void DeviceHost::end(const SessionRef& session) {
 }
 
 void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> message) {
+    thread_.check();
     camrig_request request{};
     if (message.size() != sizeof request || session->awaits_reply) return end(session);
     std::memcpy(&request, message.data(), sizeof request);
@@ -159,6 +163,7 @@ void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> m
 }
 
 void DeviceHost::tick(TimeNs monotonic_ns) {
+    thread_.check();
     rings_.tick(monotonic_ns);
     for (const SessionRef& session : sessions_) session->send_waiting();
 }

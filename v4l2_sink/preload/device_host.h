@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/thread_check.h"
 #include "core/stream/frame_bus.h"
 #include "v4l2_sink/preload/device_controls.h"
 #include "v4l2_sink/preload/device_session.h"
@@ -76,6 +77,7 @@ private:
     std::map<std::string, fault::Standing> standing_;  ///< of cameras that fail so
     std::set<SessionRef> sessions_;
     std::vector<SessionRef> ended_;
+    ThreadCheck thread_;
 };
 
 }  // namespace camrig::device

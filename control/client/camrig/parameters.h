@@ -339,7 +339,6 @@ struct Lens {
     std::vector<double> coefficients = {};  ///< as many as the model has; pinhole has none
     std::string method = "auto";  ///< `auto`, `warp` or `cube`: what the picture is resampled from; warp: one larger pinhole picture, cube: the faces of a cube, auto: what needs fewer pixels
     std::string filter = "auto";  ///< `auto`, `bilinear` or `bicubic`: bicubic (Catmull-Rom) keeps more contrast; auto: bicubic at quality beautiful; ssaa always takes bilinear samples
-    int oversample = 1;  ///< 1 to 4: source pixels per pixel, along a side, at least
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -347,7 +346,6 @@ struct Lens {
         visit("coefficients", self.coefficients);
         visit("method", self.method);
         visit("filter", self.filter);
-        visit("oversample", self.oversample);
     }
 };
 

@@ -298,8 +298,6 @@ class Lens(TypedDict, total=False):
     """`auto`, `warp` or `cube`: what the picture is resampled from; warp: one larger pinhole picture, cube: the faces of a cube, auto: what needs fewer pixels"""
     filter: Literal["auto", "bilinear", "bicubic"]
     """`auto`, `bilinear` or `bicubic`: bicubic (Catmull-Rom) keeps more contrast; auto: bicubic at quality beautiful; ssaa always takes bilinear samples"""
-    oversample: int
-    """1 to 4: source pixels per pixel, along a side, at least"""
 
 
 class Controls(TypedDict, total=False):

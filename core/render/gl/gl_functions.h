@@ -73,7 +73,6 @@
     X(PixelStorei, PIXELSTOREI)                                   \
     X(ReadPixels, READPIXELS)                                     \
     X(Scissor, SCISSOR)                                           \
-    X(SamplerParameterf, SAMPLERPARAMETERF)                       \
     X(SamplerParameterfv, SAMPLERPARAMETERFV)                     \
     X(SamplerParameteri, SAMPLERPARAMETERI)                       \
     X(ShaderSource, SHADERSOURCE)                                 \
@@ -82,7 +81,6 @@
     X(TextureStorage2DMultisample, TEXTURESTORAGE2DMULTISAMPLE)   \
     X(TextureSubImage2D, TEXTURESUBIMAGE2D)                       \
     X(TextureView, TEXTUREVIEW)                                   \
-    X(UnmapNamedBuffer, UNMAPNAMEDBUFFER)                         \
     X(UseProgram, USEPROGRAM)                                     \
     X(VertexArrayAttribBinding, VERTEXARRAYATTRIBBINDING)         \
     X(VertexArrayAttribFormat, VERTEXARRAYATTRIBFORMAT)           \

@@ -8,7 +8,6 @@
 #include "core/render/software/rows.h"
 #include "core/render/software/software_drawer.h"
 #include "core/render/software/taken_picture.h"
-#include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
 
 namespace camrig::render::software {
@@ -41,7 +40,7 @@ void SoftwareDrawer::draw_exposed(ViewWork& work, TimeNs monotonic_ns) {
         begin_taking(work, exposure_scratch_.sum, exposure_scratch_.numbers);
         work.history->picture.next(work.view->sequence, {});
         sum_light(work, spread);
-        if (work.motion->flicker_hz.empty()) keep_sites(work);
+        if (work.motion->flicker_hz.empty()) layers_.keep_sites(work);
         in_bands(work, work.whole, [&](int, const PixelRect& band) { expose_rows(work, band); });
         in_bands(work, work.whole, [&](int, const PixelRect& band) { develop_rows(work, band); });
     }

@@ -5,6 +5,7 @@
 #include "core/render/software/rows.h"
 #include "core/render/software/software_drawer.h"
 #include "core/render/software/taken_picture.h"
+#include "core/render/software/view_changes.h"
 #include "core/render/software/view_rows.h"
 
 /// The light of a picture that takes time: the sum of its moments.
@@ -113,7 +114,7 @@ void SoftwareDrawer::draw_moment_light(const LightRows& to) {
     for (int pass = 0; pass < passes_of(moment); ++pass)
         in_bands(moment, moment.whole,
                  [&](int i, const PixelRect&) { draw_rows(moment, scratch, pass, i, team_.size()); });
-    keep_what_was_drawn(moment, scratch);
+    layers_.keep_what_was_drawn(moment, scratch);
 }
 
 void SoftwareDrawer::draw_standing_light(ViewWork& work, bool with_moving, const LightRows& to) {
@@ -125,7 +126,7 @@ void SoftwareDrawer::draw_standing_light(ViewWork& work, bool with_moving, const
             return !with_moving && is_moving(*work.motion, seen.placed->object->id);
         });
     if (moment.layer != nullptr && moment.layer->picture) {
-        find_changed_rects(moment);
+        find_changed_rects(moment, shadows_);
         if (work.motion->flicker_hz.empty()) look_at_light(work, *moment.layer, moment.rects);
         moment.stale = work.has_sites ? std::span<const PixelRect>(work.new_tiles) : std::span(&work.whole, 1);
     } else {

@@ -8,7 +8,6 @@
 #include "core/base/random.h"
 #include "core/render/software/mixed_pixels.h"
 #include "core/render/software/rows.h"
-#include "core/world/backdrop/backdrop.h"
 
 namespace camrig::render::software {
 namespace {

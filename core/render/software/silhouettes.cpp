@@ -32,7 +32,7 @@ std::vector<frame::Silhouette> SoftwareDrawer::silhouettes(const View& view, std
     const scene::SceneView scene = scene_view_of(view, world::Quality::simple);
     const std::shared_ptr<const LensRays> rays = lens_of(view)->rays;
     // Where it stands, what stands still shows the same pixels in every picture.
-    StaticLayer* layer = layer_of(view, scene);
+    StaticLayer* layer = layers_.layer_of(view, scene);
     if (layer != nullptr && layer->number == 0) layer = nullptr;
     std::vector<frame::Silhouette> made(objects.size());
     std::vector<Unknown> unknown;
@@ -87,11 +87,7 @@ std::vector<frame::Silhouette> SoftwareDrawer::silhouettes(const View& view, std
     if (layer == nullptr) return made;
     for (const Unknown& of : unknown) {
         if (of.surfaces.empty() || !of.surfaces.front().is_static) continue;
-        const frame::Silhouette& runs = made[of.index];
-        const auto bytes = static_cast<std::int64_t>(runs.size() * sizeof(frame::PixelRun));
-        if (!layers_.make_room(bytes)) break;
-        layers_.charge(*layer, bytes);
-        layer->silhouettes.emplace(objects[of.index], runs);
+        if (!layers_.keep_silhouette(*layer, objects[of.index], made[of.index])) break;
     }
     return made;
 }

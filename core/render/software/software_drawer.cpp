@@ -6,13 +6,12 @@
 #include <utility>
 
 #include "core/base/cpu_meter.h"
-#include "core/frame/tone.h"
 #include "core/render/aperture.h"
-#include "core/render/software/baked_picture.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/matched_actors.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/taken_picture.h"
+#include "core/render/software/view_changes.h"
 #include "core/render/software/view_rows.h"
 #include "core/render/view_frames.h"
 
@@ -21,14 +20,6 @@ namespace {
 
 /// Vertices are snapped to 1/256 pixel in 32 bits (geometry.h).
 constexpr int max_side = 16384;
-/// Of what moves in one view; more are joined.
-constexpr std::size_t max_rects = 16;
-
-/// Of a layer, or of what a frame holds: never the same twice, whatever drawer asks.
-std::uint64_t next_number() {
-    static std::atomic<std::uint64_t> last = 0;
-    return ++last;
-}
 
 /// Triangles are cut max_side / 2 or more beside a picture and its principal point, which may lie far outside of it.
 bool is_within_reach(double principal_point, int side) {
@@ -46,13 +37,6 @@ bool has_all_that_is_asked_for(const StaticLayer& layer, const ViewWork& work) {
     });
 }
 
-void keep_only(std::span<const ObjectId> objects, std::vector<scene::SeenSurface>& surfaces) {
-    if (objects.empty()) return;
-    std::erase_if(surfaces, [&](const scene::SeenSurface& seen) {
-        return std::ranges::find(objects, seen.placed->object->id) == objects.end();
-    });
-}
-
 }  // namespace
 
 SoftwareDrawer::SoftwareDrawer(const Options& options)
@@ -61,7 +45,7 @@ SoftwareDrawer::SoftwareDrawer(const Options& options)
       caches_(options.caches.software != nullptr ? options.caches : make_shared_caches()),
       scene_(caches_.prepared),
       ahead_(caches_.prepared),
-      layers_(options.static_layer_bytes) {
+      layers_(options.static_layer_bytes, caches_.layers) {
     while (scratch_.size() < static_cast<std::size_t>(team_.size())) scratch_.emplace_back();
 }
 
@@ -126,20 +110,6 @@ scene::SceneView SoftwareDrawer::scene_view_of(const View& view, world::Quality 
                            spec.far_m, quality, options_.max_detail_error_px, lens_of(view)->view);
 }
 
-StaticLayer* SoftwareDrawer::layer_of(const View& view, const scene::SceneView& scene) {
-    const StaticLayerKey key{view.spec_revision, view.pose, view.quality, seen_statics_.number_of(view, scene)};
-    if (!layers_.knows(view.camera)) take_handed(view, key);
-    return layers_.layer_of(view.camera, key);
-}
-
-void SoftwareDrawer::take_handed(const View& view, const StaticLayerKey& key) {
-    auto handed = caches_.layers->take(view.camera, this);
-    if (!handed || handed->statics.lock() != scene_.snapshot()->statics) return;
-    // Each drawer counts what it sees.
-    handed->kept.key.statics = key.statics;
-    if (handed->kept.key == key) layers_.put(view.camera, std::move(handed->kept));
-}
-
 KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
     const auto can = [&](frame::FrameKind kind) { return can_draw(view, kind); };
     KindSet wanted;
@@ -176,7 +146,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     if (work.exposure && is_shaded && !work.motion && aperture_of(*view.spec))
         work.motion = standing_still(view, work.exposure->times, scene_.snapshot());
     // Chosen objects are another picture than the one that is kept.
-    work.layer = view.only_objects.empty() ? layer_of(view, work.scene) : nullptr;
+    work.layer = view.only_objects.empty() ? layers_.layer_of(view, work.scene) : nullptr;
     // What shows in parts of pixels is kept with its colour.
     if (work.has_film() && has_areas(view)) work.layer = nullptr;
     work.history = &histories_[view.camera];
@@ -337,20 +307,20 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
             plane->fit(size);
     work.is_in_parts = work.layer != nullptr && has_all_that_is_asked_for(*work.layer, work);
     if (work.is_in_parts) {
-        find_changes(work);
+        find_changes(work, shadows_);
     } else {
         work.rects.assign(1, work.whole);
         if (work.frame != nullptr) work.history->picture.next(view.sequence, {});
     }
     begin_drawing(work, scratch, bands);
-    keep_sites(work);
+    layers_.keep_sites(work);
 }
 
 void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int bands) {
     add_triangles(work, scratch);
     if (work.has_areas) scratch.areas.begin(work.view->spec->size, bands);
     name_draws(scratch);
-    if (work.layer != nullptr && !work.is_in_parts) make_layer(work, !scratch.blended_statics.empty());
+    if (work.layer != nullptr && !work.is_in_parts) layers_.make(work, !scratch.blended_statics.empty());
     // Nobody keeps the statics alone: what movers hide of them is not shaded.
     const bool has_picture = work.backdrop != nullptr && work.is_shaded();
     if (work.layer == nullptr && !work.has_areas && !has_picture)
@@ -379,246 +349,28 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
         if (is_beautiful(work)) work->cost_ns += share_ns;
 }
 
-void SoftwareDrawer::find_changed_rects(ViewWork& work) {
-    work.rects.assign(work.movers.rects.begin(), work.movers.rects.end());
-    if (!work.shadows.empty()) shadows_.find_changed_pixels(work.scene, work.whole, work.rects);
-    if (is_matched(work))
-        for (PixelRect& rect : work.rects) rect = common(grown(rect, match_reach(work)), work.whole);
-    work.rects = disjoint_cover(std::move(work.rects), max_rects);
-    if (work.has_film() && work.layer->is_blended) work.rects.assign(1, work.whole);
-}
-
-std::uint64_t SoftwareDrawer::number_below(ViewWork& work) {
-    if (!work.has_film()) return work.layer->number;
-    FrameHistory& history = *work.history;
-    if (history.film_layer != work.layer->number || history.film_frame != work.film_frame) {
-        history.film_layer = work.layer->number;
-        history.film_frame = work.film_frame;
-        history.film_below = next_number();
-    }
-    return history.film_below;
-}
-
-void SoftwareDrawer::find_changes(ViewWork& work) {
-    const StaticLayer& layer = *work.layer;
-    const FrameHistory& history = *work.history;
-    find_changed_rects(work);
-    const auto stale = [&](const frame::Frame& frame, std::uint64_t below) {
-        const std::uint64_t held = frame.held_before();
-        const auto& frames = history.kinds[static_cast<std::size_t>(frame.info().kind)].frames;
-        const auto found = std::ranges::find_if(
-            frames, [&](const ShownFrame& shown) { return held != 0 && shown.mark == held && shown.layer == below; });
-        return found == frames.end() ? std::span<const PixelRect>(&work.whole, 1) : std::span(found->rects);
-    };
-    for (ChannelFrame& channel : work.channels)
-        if (channel.frame != nullptr) channel.stale = stale(*channel.frame, layer.number);
-    if (work.frame == nullptr) return;
-    if (work.takes_picture()) {
-        // Light is in memory of all cameras, and no two pictures have the same noise.
-        look_at_light(work, layer, work.rects);
-        work.stale = work.has_sites ? std::span<const PixelRect>(work.new_tiles) : std::span(&work.whole, 1);
-        work.history->picture.next(work.view->sequence, {});
-        return;
-    }
-    work.below = number_below(work);
-    work.stale = stale(*work.frame, work.below);
-    frame::Damage since_layer = frame::Damage::since(static_cast<std::int64_t>(work.below));
-    for (const PixelRect& rect : work.rects) since_layer.add(rect.y0, rect.y1);
-    work.frame->set_damage(work.history->picture.next(work.view->sequence, since_layer));
-}
-
-void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
-    const auto add = [&](const scene::SeenSurface& seen) -> const ViewDraw& {
-        ++work.draws;
-        work.draws_coarse += seen.level > 0;
-        const auto& primitives = seen.is_static ? static_primitives_ : mover_primitives_;
-        return scratch.geometry.add(seen, *primitives[seen.placed->index],
-                                    work.ahead != nullptr ? work.ahead->positions_of(seen) : nullptr);
-    };
-    const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
-    const bool is_beautiful = work.scene.quality == world::Quality::beautiful;
-    scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows,
-                                is_beautiful ? caches_.baked->of(*scene_.snapshot()->statics) : nullptr);
-    scratch.opaque.clear();
-    scratch.blending.clear();
-    scratch.proxies = 0;
-    const bool is_shaded = work.is_shaded();
-    work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
-    if (work.backdrop != nullptr) add_proxies(work, scratch);
-    keep_only(work.view->only_objects, scratch.opaque);
-    keep_only(work.view->only_objects, work.movers.opaque);
-    if (work.is_moment) {
-        for (auto* const list : {&scratch.opaque, &scratch.blending, &work.movers.opaque, &work.movers.blended})
-            std::erase_if(*list, [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
-    }
-    if (work.is_in_parts)
-        std::erase_if(scratch.blending,
-                      [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
-    for (const scene::SeenSurface& seen : scratch.opaque) add(seen);
-    scratch.statics = {0, count()};
-    for (const scene::SeenSurface& seen : work.movers.opaque) add(seen);
-    scratch.movers = {scratch.statics.count, count() - scratch.statics.count};
-    scratch.blended_statics.clear();
-    for (const scene::SeenSurface& seen : scratch.blending) scratch.blended_statics.push_back(add(seen));
-    scratch.blended.assign(scratch.blended_statics.begin(), scratch.blended_statics.end());
-    if (is_shaded) {
-        for (const scene::SeenSurface& seen : work.movers.blended) scratch.blended.push_back(add(seen));
-    }
-    sort_far_to_near(scratch.blended_statics);
-    sort_far_to_near(scratch.blended);
-}
-
-void SoftwareDrawer::add_proxies(ViewWork& work, ViewScratch& scratch) {
-    const world::SceneInBackdrop role = work.view->spec->backdrop->proxies.scene;
-    if (role != world::SceneInBackdrop::drawn) scratch.blending.clear();
-    if (role == world::SceneInBackdrop::hidden) scratch.opaque.clear();
-    if (work.is_in_parts) return;
-    if (work.proxies != nullptr && work.view->only_objects.empty()) {
-        find_primitives(*work.proxies, scratch.proxy_primitives);
-        for (const scene::PlacedSurface& surface : work.proxies->all()) {
-            if (surface.primitive->is_blended) continue;
-            if (const auto seen = work.scene.see(surface, true))
-                scratch.geometry.add(*seen, *scratch.proxy_primitives[surface.index]);
-        }
-    }
-    if (role == world::SceneInBackdrop::proxies && work.view->only_objects.empty()) {
-        for (const scene::SeenSurface& seen : scratch.opaque)
-            scratch.geometry.add(seen, *static_primitives_[seen.placed->index]);
-        scratch.opaque.clear();
-    }
-    scratch.proxies = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
-}
-
-void SoftwareDrawer::make_layer(ViewWork& work, bool has_blended) {
-    const ImageSize size = work.view->spec->size;
-    StaticLayer& layer = *work.layer;
-    const bool is_shaded = work.is_shaded() && !layer.picture, is_new = layer.number == 0;
-    const bool is_blended = is_shaded && has_blended && !work.has_film(), has_steps = is_shaded && work.has_areas;
-    const bool is_shadowed = is_shaded && !work.shadows.empty();
-    const auto is_missing = [&](frame::FrameKind kind) {
-        const auto k = static_cast<std::size_t>(kind);
-        return work.channels[k].frame != nullptr && !layer.channels[k];
-    };
-    const auto is_light = static_cast<bool>(work.canvas.light);
-    std::int64_t bytes = (is_new + has_steps + is_shadowed) * Plane<float>::bytes_for(size) +
-                         (is_shaded + is_blended) * KeptPicture::bytes_for(size, is_light);
-    for (const frame::FrameKind kind : channel_kinds)
-        if (is_missing(kind)) bytes += Plane<float>::bytes_for(words_of(kind, size));
-    {
-        const std::lock_guard lock(layers_mutex_);
-        if (!layers_.make_room(bytes)) {
-            work.layer = nullptr;
-            return;
-        }
-        layers_.charge(layer, bytes);
-        if (is_new) {
-            layers_.count_kept();
-            layer.number = next_number();
-        }
-    }
-    if (is_new) layer.depth = Plane<float>(size);
-    if (is_shaded) layer.picture = KeptPicture(size, is_light);
-    if (is_shaded) layer.is_blended = has_blended;
-    if (is_blended) layer.finished = KeptPicture(size, is_light);
-    if (is_shadowed) {
-        layer.shadowed = std::make_unique<ShadowedStatics>();
-        layer.shadowed->numbers = TriangleNumbers(size);
-    }
-    if (has_steps) layer.areas.steps = Plane<std::uint32_t>(size);
-    for (const frame::FrameKind kind : channel_kinds)
-        if (is_missing(kind))
-            layer.channels[static_cast<std::size_t>(kind)] = Plane<std::uint32_t>(words_of(kind, size));
-}
-
-void SoftwareDrawer::keep_areas(ViewWork& work, const ViewScratch& scratch) {
-    // Where other kinds were missing they are made anew, as they were.
-    StaticPixels& pixels = work.layer->areas.pixels;
-    const std::int64_t before = pixels.bytes();
-    scratch.areas.gather(pixels);
-    charge_for(work, pixels.bytes() - before);
-}
-
-void SoftwareDrawer::keep_shadowed(ViewWork& work, ViewScratch& scratch) {
-    ShadowedStatics& shadowed = *work.layer->shadowed;
-    const std::int64_t before = shadowed.bytes();
-    shadowed.geometry = std::exchange(scratch.geometry, {});
-    shadowed.proxies = scratch.proxies;
-    charge_for(work, shadowed.bytes() - before);
-}
-
-void SoftwareDrawer::keep_sites(ViewWork& work) {
-    if (!work.takes_picture() || work.has_sites || work.layer == nullptr || !work.layer->picture) return;
-    const sensor::SensorSpec& spec = work.exposure->sensor->spec();
-    sensor::SiteLight& sites = work.layer->sites;
-    const std::int64_t bytes = sensor::SiteLight::bytes_for(spec, work.view->spec->size) - sites.bytes();
-    const std::lock_guard lock(layers_mutex_);
-    if (!layers_.make_room(bytes)) return;
-    layers_.charge(*work.layer, bytes);
-    sites.fit(spec, work.view->spec->size);
-    work.keeps_sites = true;
-}
-
-void SoftwareDrawer::charge_for(ViewWork& work, std::int64_t bytes) {
-    const std::lock_guard lock(layers_mutex_);
-    // In use it is never freed for another: a picture's edges are a part of its memory that is known only now.
-    if (layers_.make_room(bytes)) {
-        layers_.charge(*work.layer, bytes);
-    } else {
-        layers_.refuse(*work.layer);
-        work.layer = nullptr;
-    }
-}
-
-void SoftwareDrawer::keep_what_was_drawn(ViewWork& work, ViewScratch& scratch) {
-    if (work.layer == nullptr || work.is_in_parts) return;
-    if (work.has_areas) keep_areas(work, scratch);
-    if (work.layer != nullptr && work.is_shaded() && work.layer->shadowed != nullptr) keep_shadowed(work, scratch);
-}
-
 void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
     if (--work.bands_left > 0) return;
-    keep_what_was_drawn(work, scratch);
-    const auto note = [&](frame::Frame& frame, bool is_as_drawn, std::uint64_t below) {
-        FrameHistory::OfKind& history = work.history->kinds[static_cast<std::size_t>(frame.info().kind)];
-        history.last = (history.last + 1) % history.frames.size();
-        ShownFrame& shown = history.frames[history.last];
-        shown.mark = 0;
-        shown.layer = below;
-        shown.rects.clear();
-        if (work.is_in_parts) shown.rects.assign(work.rects.begin(), work.rects.end());
-        if (!work.is_in_parts || !is_as_drawn) return;
-        shown.mark = next_number();
-        frame.mark_content(shown.mark);
-    };
-    for (const ChannelFrame& channel : work.channels)
-        if (channel.frame != nullptr) note(*channel.frame, true, work.is_in_parts ? work.layer->number : 0);
-    if (work.frame == nullptr) return;
+    layers_.keep_what_was_drawn(work, scratch);
     if (work.takes_picture()) end_taking(work);
-    finish_color(*work.view, *work.frame);
-    // A code strip lies in the same place in all frames of a layer, and is drawn anew.
-    note(*work.frame, !work.takes_picture() && frame::changes_nothing(work.view->spec->controls),
-         work.is_in_parts ? work.below : 0);
+    if (work.frame != nullptr) finish_color(*work.view, *work.frame);
+    note_shown(work);
 }
 
 void SoftwareDrawer::forget(CameraId camera) {
     caches_.lenses->forget(camera);
-    caches_.layers->forget(camera);
+    layers_.forget(camera);
     forget_here(camera);
 }
 
 void SoftwareDrawer::hand_over(CameraId camera) {
-    // What is shadowed is geometry, which belongs to the scene that it was placed in.
-    if (auto kept = layers_.take(camera);
-        kept && kept->layer.shadowed == nullptr && seen_statics_.is_of(camera, scene_))
-        caches_.layers->put(camera, this, {std::move(*kept), scene_.snapshot()->statics}, options_.static_layer_bytes);
+    layers_.hand_over(camera, scene_);
     forget_here(camera);
 }
 
 void SoftwareDrawer::forget_here(CameraId camera) {
     histories_.erase(camera);
     asked_.forget(camera);
-    seen_statics_.forget(camera);
-    layers_.forget(camera);
     // Working memory fits the largest view so far, which may have been this camera's.
     for (ViewScratch& scratch : scratch_) scratch = {};
     exposure_scratch_ = {};
@@ -636,7 +388,6 @@ void SoftwareDrawer::clear() {
     for (ViewScratch& scratch : scratch_) scratch = {};
     histories_.clear();
     asked_.clear();
-    seen_statics_.clear();
     layers_.clear();
     shadows_ = {};
     shadows_instant_ = 0;

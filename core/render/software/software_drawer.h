@@ -8,13 +8,11 @@
 #include <vector>
 
 #include "core/frame/frame_pool.h"
-#include "core/render/layer_table.h"
 #include "core/render/renderer.h"
-#include "core/render/scene/seen_statics.h"
 #include "core/render/shared_caches.h"
-#include "core/render/software/handed_layers.h"
 #include "core/render/software/lens_views.h"
 #include "core/render/software/software_shadows.h"
+#include "core/render/software/static_layers.h"
 #include "core/render/software/thread_team.h"
 #include "core/render/software/view_work.h"
 
@@ -25,7 +23,7 @@ namespace camrig::render::software {
 /// kinds through any lens, whatever colour takes. That is what most cameras of a rig are; whoever asks draws others
 /// elsewhere.
 ///
-/// Standing cameras keep what does not move (LayerTable): the opaque surfaces with their depth, and the finished
+/// Standing cameras keep what does not move (StaticLayers): the opaque surfaces with their depth, and the finished
 /// picture with what is blended over them; ids, classes and normals once they were asked for. Each instant only the
 /// rectangles that movers touch are put back and drawn. The bytes are those of a full draw, because a pixel follows
 /// from its triangle alone (rasterizer.h).
@@ -88,34 +86,14 @@ private:
     /// Notes what is asked for, and says what is to be drawn for it.
     KindSet kinds_to_draw(const View& view, ViewWork& work);
     scene::SceneView scene_view_of(const View& view, world::Quality quality);
-    StaticLayer* layer_of(const View& view, const scene::SceneView& scene);
-    void take_handed(const View& view, const StaticLayerKey& key);
     void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
-    /// The view has a layer: where its pictures differ from the last ones, and where from what the frames' memory
-    /// holds, which may be earlier pictures of the camera.
-    void find_changes(ViewWork& work);
-    void find_changed_rects(ViewWork& work);
-    /// Of what lies below what moves, the view's layer: with a film each of its pictures makes another one of it.
-    static std::uint64_t number_below(ViewWork& work);
-    void add_triangles(ViewWork& work, ViewScratch& scratch);
+    void add_triangles(ViewWork& work, ViewScratch& scratch);  // this and add_proxies: view_triangles.cpp
     /// Those that were asked for; what was drawn beside them is kept.
     static void give_frames(ViewWork& work, const View& view, std::vector<frame::FrameRef>& frames);
     /// The shadow maps of this instant, made with the first views that look at them, at their cost.
     void make_shadows(std::span<ViewWork* const> works);
-    /// Room to keep what does not move; the view goes on without a layer where there is none.
-    void make_layer(ViewWork& work, bool has_blended);
-    /// The layer's part whose size only the picture tells; without room for it the layer is given up.
-    void keep_areas(ViewWork& work, const ViewScratch& scratch);
-    /// What the layer shades anew; it is the geometry that drew it. As keep_areas.
-    void keep_shadowed(ViewWork& work, ViewScratch& scratch);
-    /// Of a picture whose layer is new: both.
-    void keep_what_was_drawn(ViewWork& work, ViewScratch& scratch);
-    /// Gathered light of the view's layer, for its sensor, if there is room.
-    void keep_sites(ViewWork& work);
     /// What the picture of a backdrop shows, before all that is drawn.
     void add_proxies(ViewWork& work, ViewScratch& scratch);
-    /// Says that the view's layer takes so much more; without room it is given up, and the view goes on without.
-    void charge_for(ViewWork& work, std::int64_t bytes);
     /// exposed_views.cpp: views of cameras with a sensor before which something moves, one after the other; the scene
     /// is placed as it was afterwards.
     void draw_exposed(TimeNs monotonic_ns);
@@ -165,9 +143,7 @@ private:
     scene::PlacedScene scene_;
     SceneAhead ahead_;
     std::vector<const SoftwarePrimitive*> static_primitives_, mover_primitives_;  ///< of what is placed
-    scene::SeenStatics seen_statics_;
-    LayerTable<StaticLayer> layers_;
-    std::mutex layers_mutex_;  ///< of layers_ while views are drawn
+    StaticLayers layers_;
     std::map<CameraId, FrameHistory> histories_;
     std::uint64_t instant_ = 0;
     TimeNs instant_ns_ = 0;  ///< of the pictures, whatever moment of theirs is placed

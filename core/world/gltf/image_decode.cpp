@@ -1,12 +1,12 @@
 #include "core/world/gltf/image_decode.h"
 
-#include <csetjmp>
-#include <cstring>
 #include <memory>
 #include <string>
+#include <utility>
 
-#include <png.h>
 #include <turbojpeg.h>
+
+#include "core/world/png_reader.h"
 
 namespace camrig::world::gltf {
 namespace {
@@ -23,77 +23,23 @@ void check_size(std::uint64_t width, std::uint64_t height, std::string_view plac
             "a picture of " + std::to_string(width) + "x" + std::to_string(height) + "; at most 16384x16384 is read");
 }
 
-struct PngRead {
-    std::span<const std::byte> bytes;
-    std::size_t offset = 0;
-    char message[160] = "";
-    std::jmp_buf jump{};
-};
-
-void png_failed(png_structp png, png_const_charp message) {
-    auto* read = static_cast<PngRead*>(png_get_error_ptr(png));
-    std::strncpy(read->message, message, sizeof read->message - 1);
-    std::longjmp(read->jump, 1);
-}
-
-void png_ignore(png_structp, png_const_charp) {}
-
-void png_give(png_structp png, png_bytep out, std::size_t size) {
-    auto* read = static_cast<PngRead*>(png_get_io_ptr(png));
-    if (size > read->bytes.size() - read->offset) png_error(png, "the data ends too early");
-    std::memcpy(out, read->bytes.data() + read->offset, size);
-    read->offset += size;
-}
-
-// libpng leaves by longjmp, so the two halves below hold nothing that needs a destructor.
-bool png_header(png_structp png, png_infop info, PngRead& read) {
-    if (setjmp(read.jump)) return false;
-    png_read_info(png, info);
-    return true;
-}
-
-bool png_pixels(png_structp png, png_infop info, PngRead& read, std::uint8_t* out, std::size_t stride) {
-    if (setjmp(read.jump)) return false;
-    png_set_expand(png);
-    png_set_scale_16(png);
-    png_set_gray_to_rgb(png);
-    png_set_add_alpha(png, 0xFF, PNG_FILLER_AFTER);
-    const int passes = png_set_interlace_handling(png);
-    png_read_update_info(png, info);
-    if (png_get_rowbytes(png, info) != stride) png_error(png, "unexpected row size");
-    const png_uint_32 height = png_get_image_height(png, info);
-    for (int pass = 0; pass < passes; ++pass)
-        for (png_uint_32 y = 0; y < height; ++y) png_read_row(png, out + y * stride, nullptr);
-    return true;
+template <typename T>
+T must(Result<T> made, std::string_view place) {
+    if (!made) fail(place, made.error().message, made.error().kind);
+    if constexpr (!std::is_void_v<T>) return std::move(*made);
 }
 
 Image decode_png(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
-    PngRead read{.bytes = bytes};
-    struct Handle {
-        png_structp png = nullptr;
-        png_infop info = nullptr;
-        ~Handle() { png_destroy_read_struct(&png, &info, nullptr); }
-    } handle;
-    handle.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &read, png_failed, png_ignore);
-    if (handle.png) handle.info = png_create_info_struct(handle.png);
-    if (!handle.info) fail(place, "libpng has no memory", ErrorKind::resource_exhausted);
-    png_set_user_limits(handle.png, max_image_side, max_image_side);
-    png_set_chunk_cache_max(handle.png, 128);
-    png_set_chunk_malloc_max(handle.png, 8 << 20);
-    png_set_read_fn(handle.png, &read, png_give);
-    if (!png_header(handle.png, handle.info, read)) fail(place, std::string("PNG: ") + read.message);
-
-    const std::uint64_t width = png_get_image_width(handle.png, handle.info);
-    const std::uint64_t height = png_get_image_height(handle.png, handle.info);
+    PngReader png = must(PngReader::open(bytes), place);
+    const std::uint64_t width = png.width(), height = png.height();
     check_size(width, height, place);
-    require(png_get_rowbytes(handle.png, handle.info) * height <= max_deflate_ratio * bytes.size() + ratio_slack_bytes,
-            place, "PNG: the data ends too early");
+    require(png.row_bytes() * height <= max_deflate_ratio * bytes.size() + ratio_slack_bytes, place,
+            "PNG: the data ends too early");
     Image image;
     image.size = {static_cast<int>(width), static_cast<int>(height)};
     budget.take(width * height * 4, place);
     image.rgba.resize(width * height * 4);
-    if (!png_pixels(handle.png, handle.info, read, image.rgba.data(), width * 4))
-        fail(place, std::string("PNG: ") + read.message);
+    must(png.read_rgba(image.rgba.data()), place);
     return image;
 }
 

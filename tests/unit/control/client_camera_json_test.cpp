@@ -21,7 +21,7 @@ const json every_param = json::parse(R"({
              "roll_deg": 13.0, "orientation": [0.1, 0.2, 0.3, 0.9]},
     "mount": {"actor": "anna", "node": "head"},
     "lens": {"model": "plumb_bob", "coefficients": [-0.25, 0.05, 0.001, -0.002, 0.01], "method": "cube",
-             "filter": "bicubic", "oversample": 2},
+             "filter": "bicubic"},
     "antialias": "ssaa2", "near": 0.125, "far": 80.0, "quality": "fast",
     "controls": {"auto_exposure": false, "exposure_ev": 1.25, "gain_db": 7.0, "auto_white_balance": true,
                  "white_balance_k": 4000.0, "brightness": 0.4, "contrast": 1.4, "saturation": 0.6},
@@ -149,7 +149,6 @@ TEST(CameraJson, NullAndWhatIsMissingHaveTheirMeaning) {
     EXPECT_FALSE(state.mount);
     EXPECT_EQ(state.fps, Rate(25, 2));
     EXPECT_EQ(state.lens.method + " " + state.lens.filter, "auto auto");
-    EXPECT_EQ(state.lens.oversample, 1);
     EXPECT_FALSE(state.controls.gain_db);
     EXPECT_FALSE(state.outputs.at(0).quality);
 

@@ -64,7 +64,6 @@ void expect_same(const client::CameraState& state, const client::CameraOptions& 
     EXPECT_EQ(state.lens.coefficients, options.lens->coefficients);
     EXPECT_EQ(state.lens.method, options.lens->method);
     EXPECT_EQ(state.lens.filter, options.lens->filter);
-    EXPECT_EQ(state.lens.oversample, options.lens->oversample);
     EXPECT_EQ(state.antialias, *options.antialias);
     EXPECT_DOUBLE_EQ(state.near, *options.near);
     EXPECT_DOUBLE_EQ(state.far, *options.far);

@@ -24,8 +24,8 @@ Result<CameraSpec> create(const std::string& text) {
 TEST(CameraSpec, EveryFieldOfTheContractIsTakenAndShownAgain) {
     const auto spec = create(R"({"size": [1920, 1080], "fps": "30000/1001", "hfov_deg": 90, "near": 0.1, "far": 50,
         "pose": {"position": [1, 2, 3], "pan_deg": 30, "tilt_deg": -10, "roll_deg": 5},
-        "lens": {"model": "equidistant", "coefficients": [0.01, 0, 0, 0], "method": "cube", "filter": "bilinear",
-        "oversample": 2}, "antialias": "msaa4", "quality": "fast", "code_strip": true,
+        "lens": {"model": "equidistant", "coefficients": [0.01, 0, 0, 0], "method": "cube", "filter": "bilinear"},
+        "antialias": "msaa4", "quality": "fast", "code_strip": true,
         "outputs": [{"kind": "v4l2", "number": 3, "format": "YUYV"}, {"kind": "rtsp", "codec": "h264", "bitrate_kbps": 900,
                      "key_interval_s": 0.5, "preset": "fast", "profile": "high"},
                     {"kind": "mjpeg", "quality": 90}, {"kind": "device", "number": 0, "subsampling": "4:2:0"}]})");
@@ -44,7 +44,7 @@ TEST(CameraSpec, EveryFieldOfTheContractIsTakenAndShownAgain) {
     EXPECT_EQ(json["outputs"][3], nlohmann::json::parse(R"({"kind": "device", "number": 0, "subsampling": "4:2:0"})"));
     EXPECT_EQ(json["quality"], "fast");
     EXPECT_EQ(json["lens"], nlohmann::json::parse(R"({"model": "equidistant", "coefficients": [0.01, 0, 0, 0],
-        "method": "cube", "filter": "bilinear", "oversample": 2})"));
+        "method": "cube", "filter": "bilinear"})"));
     EXPECT_EQ(json["antialias"], "msaa4");
 }
 
@@ -177,7 +177,6 @@ TEST(CameraSpec, WrongFieldsAreErrorsThatSayWhere) {
         {R"({"lens": {"model": "plumb_bob", "coefficients": [-1e8, 0, 0, 0, 0]}})", "no rising branch"},
         {R"({"lens": {"model": "pinhole", "method": "fast"}})", "lens.method: 'fast' is none of auto, warp, cube"},
         {R"({"lens": {"model": "pinhole", "filter": "box"}})", "lens.filter: 'box' is none of auto, bilinear, bicubic"},
-        {R"({"lens": {"model": "pinhole", "oversample": 5}})", "lens.oversample: must be 1 to 4"},
         {R"({"antialias": "msaa2"})", "antialias: 'msaa2' is none of none, coverage, msaa4, ssaa2, ssaa3, ssaa4, auto"},
         {R"({"outputs": [{"kind": "hdmi"}]})", "outputs[0].kind: 'hdmi'"},
         {R"({"outputs": [{"kind": "v4l2"}]})", "outputs[0].number: is missing"},

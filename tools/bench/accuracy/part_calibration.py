@@ -1,6 +1,5 @@
 """OpenCV's calibration of rendered boards, and lens inverses against cv2.undistortPoints."""
 
-import pathlib
 import subprocess
 
 import cv2

@@ -1,6 +1,5 @@
 """Where the cameras see a point: by lens, by place in the picture, far from the origin, and depth."""
 
-import time
 
 import numpy as np
 from camrig_assets.glb import Glb

@@ -67,7 +67,6 @@ class Meter:
             cpu_s=use.cpu_s - self._use.cpu_s,
             use=use,
             instants=stats["instants"] - self._stats["instants"],
-            dropped_instants=stats["dropped_instants"] - self._stats["dropped_instants"],
             stages={stage["name"]: stage for stage in stats["stages"]},
             renderer=stats["renderer"],
             sequences=_sequences(stats),
@@ -84,7 +83,6 @@ class Reading:
     dropped: int
     dropped_by_readers: int
     instants: int
-    dropped_instants: int
     # Since the rig began, not since restart():
     stages: dict[str, Any]
     renderer: dict[str, int]

@@ -7,7 +7,6 @@ kinds and truth are asked for. All of it once in every round; memory, threads an
 from __future__ import annotations
 
 import random
-import subprocess
 import time
 from contextlib import ExitStack
 

@@ -7,7 +7,7 @@ from PIL import Image
 
 from .. import images, noise
 
-ASPHALT_M, PAVING_M, GRASS_M = 4.0, 2.4, 6.0
+ASPHALT_M, PAVING_M = 4.0, 2.4
 BAY_M, STOREY_M = 3.0, 3.2  # of a facade: one window
 BAYS, STOREYS = 4, 4  # in one picture
 
