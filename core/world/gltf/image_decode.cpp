@@ -1,5 +1,8 @@
 #include "core/world/gltf/image_decode.h"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <csetjmp>
 #include <cstring>
 #include <memory>
@@ -52,12 +55,17 @@ bool png_header(png_structp png, png_infop info, PngRead& read) {
     return true;
 }
 
-bool png_pixels(png_structp png, png_infop info, PngRead& read, std::uint8_t* out, std::size_t stride) {
+bool png_pixels(png_structp png, png_infop info, PngRead& read, bool as_gray16, std::uint8_t* out, std::size_t stride) {
     if (setjmp(read.jump)) return false;
-    png_set_expand(png);
-    png_set_scale_16(png);
-    png_set_gray_to_rgb(png);
-    png_set_add_alpha(png, 0xFF, PNG_FILLER_AFTER);
+    if (as_gray16) {
+        // PNG's numbers have their high byte first.
+        if constexpr (std::endian::native == std::endian::little) png_set_swap(png);
+    } else {
+        png_set_expand(png);
+        png_set_scale_16(png);
+        png_set_gray_to_rgb(png);
+        png_set_add_alpha(png, 0xFF, PNG_FILLER_AFTER);
+    }
     const int passes = png_set_interlace_handling(png);
     png_read_update_info(png, info);
     if (png_get_rowbytes(png, info) != stride) png_error(png, "unexpected row size");
@@ -67,7 +75,11 @@ bool png_pixels(png_structp png, png_infop info, PngRead& read, std::uint8_t* ou
     return true;
 }
 
-Image decode_png(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
+/// Rows of `pixel_bytes` a pixel: RGBA or, as_gray16, that of a picture which has to be so. place_for(size) takes the
+/// memory.
+template <typename PlaceFor>
+void decode_png(std::span<const std::byte> bytes, std::string_view place, bool as_gray16, std::size_t pixel_bytes,
+                PlaceFor place_for) {
     PngRead read{.bytes = bytes};
     struct Handle {
         png_structp png = nullptr;
@@ -88,13 +100,18 @@ Image decode_png(std::span<const std::byte> bytes, std::string_view place, Budge
     check_size(width, height, place);
     require(png_get_rowbytes(handle.png, handle.info) * height <= max_deflate_ratio * bytes.size() + ratio_slack_bytes,
             place, "PNG: the data ends too early");
-    Image image;
-    image.size = {static_cast<int>(width), static_cast<int>(height)};
-    budget.take(width * height * 4, place);
-    image.rgba.resize(width * height * 4);
-    if (!png_pixels(handle.png, handle.info, read, image.rgba.data(), width * 4))
+    if (as_gray16)
+        require(png_get_color_type(handle.png, handle.info) == PNG_COLOR_TYPE_GRAY &&
+                    png_get_bit_depth(handle.png, handle.info) == 16,
+                place, "has to be gray, of 16 bits");
+    std::uint8_t* const out = place_for(ImageSize{static_cast<int>(width), static_cast<int>(height)});
+    if (!png_pixels(handle.png, handle.info, read, as_gray16, out, width * pixel_bytes))
         fail(place, std::string("PNG: ") + read.message);
-    return image;
+}
+
+bool is_png(std::span<const std::byte> bytes) {
+    constexpr std::array<std::byte, 4> begin{std::byte{0x89}, std::byte{'P'}, std::byte{'N'}, std::byte{'G'}};
+    return bytes.size() >= begin.size() && std::ranges::equal(bytes.first(begin.size()), begin);
 }
 
 Image decode_jpeg(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
@@ -121,10 +138,31 @@ Image decode_jpeg(std::span<const std::byte> bytes, std::string_view place, Budg
 }  // namespace
 
 Image decode_image(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
+    if (is_png(bytes)) {
+        Image image;
+        decode_png(bytes, place, false, 4, [&](ImageSize size) {
+            image.size = size;
+            budget.take(static_cast<std::uint64_t>(size.pixels()) * 4, place);
+            image.rgba.resize(static_cast<std::size_t>(size.pixels()) * 4);
+            return image.rgba.data();
+        });
+        return image;
+    }
     const auto at = [&](std::size_t i) { return i < bytes.size() ? std::to_integer<int>(bytes[i]) : -1; };
-    if (at(0) == 0x89 && at(1) == 'P' && at(2) == 'N' && at(3) == 'G') return decode_png(bytes, place, budget);
     if (at(0) == 0xFF && at(1) == 0xD8 && at(2) == 0xFF) return decode_jpeg(bytes, place, budget);
     fail(place, "is neither a PNG nor a JPEG picture", ErrorKind::unsupported);
+}
+
+Gray16 decode_gray16(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
+    if (!is_png(bytes)) fail(place, "is no PNG", ErrorKind::unsupported);
+    Gray16 image;
+    decode_png(bytes, place, true, 2, [&](ImageSize size) {
+        image.size = size;
+        budget.take(static_cast<std::uint64_t>(size.pixels()) * 2, place);
+        image.values.resize(static_cast<std::size_t>(size.pixels()));
+        return reinterpret_cast<std::uint8_t*>(image.values.data());
+    });
+    return image;
 }
 
 }  // namespace camrig::world::gltf
