@@ -27,25 +27,31 @@ public:
         shift_ = taker_from_world * (view.position - by.pose.position);
     }
 
-    std::uint32_t of_point(const glm::dvec3& p, const glm::dvec3& on_the_right, const glm::dvec3& below) const {
-        return looked_up(turn_ * p + shift_, turn_ * on_the_right + shift_, turn_ * below + shift_);
-    }
-    std::uint32_t of_direction(const glm::dvec3& d, const glm::dvec3& on_the_right, const glm::dvec3& below) const {
-        return looked_up(turn_ * d, turn_ * on_the_right, turn_ * below);
-    }
+    glm::dvec3 of_point(const glm::dvec3& p) const { return turn_ * p + shift_; }
+    glm::dvec3 of_direction(const glm::dvec3& d) const { return turn_ * d; }
 
-private:
-    std::uint32_t looked_up(const glm::dvec3& p, const glm::dvec3& on_the_right, const glm::dvec3& below) const {
-        const auto at = by_.camera.project(p);
+    /// seen_at(dx, dy): as of_point or of_direction, of the pixel so far away. has_left, has_upper: there are pixels on
+    /// these sides.
+    template <typename SeenAt>
+    std::uint32_t look_up(bool has_left, bool has_upper, const SeenAt& seen_at) const {
+        const auto at = by_.camera.project(seen_at(0, 0));
         if (!at) return black;
-        const glm::dvec2 right = by_.camera.project(on_the_right).value_or(*at + glm::dvec2(1.0, 0.0));
-        const glm::dvec2 down = by_.camera.project(below).value_or(*at + glm::dvec2(0.0, 1.0));
+        // A pixel beside may see nothing, and then looks another way: of both sides the shorter step counts.
+        const auto step = [&](bool has_other_side, int dx, int dy) {
+            const auto next = by_.camera.project(seen_at(dx, dy));
+            const glm::dvec2 there = next ? *next - *at : glm::dvec2(dx, dy);
+            if (!has_other_side || glm::length(there) <= 1.0) return there;
+            const auto before = by_.camera.project(seen_at(-dx, -dy));
+            const glm::dvec2 back = before ? *at - *before : there;
+            return glm::length(back) < glm::length(there) ? back : there;
+        };
         // Far beyond the edge all is as at the edge, and whole numbers of pixels stay within theirs.
         const auto [width, height] = by_.camera.size();
         const glm::dvec2 near = glm::clamp(*at, glm::dvec2(-width, -height), glm::dvec2(2 * width, 2 * height));
-        return code_of(sampled(*by_.picture, {near, right - *at, down - *at}, to_edge));
+        return code_of(sampled(*by_.picture, {near, step(has_left, 1, 0), step(has_upper, 0, 1)}, to_edge));
     }
 
+private:
     const world::ProjectedPicture& by_;
     glm::dmat3 turn_;
     glm::dvec3 shift_;
@@ -64,21 +70,23 @@ void lay(const ViewWork& work, const ViewGeometry& geometry, std::uint32_t proxi
         for (int x = rect.x0; x < rect.x1; ++x) {
             const std::uint32_t number = numbers(y)[x];
             if (number > proxies || work.canvas.depth(y)[x] == blind_depth) continue;
-            const glm::dvec3 ray = ray_at(x, y), right = ray_at(x + 1, y), below = ray_at(x, y + 1);
             if (number == 0) {
-                to[x] = projector.of_direction(ray, right, below);
+                to[x] = projector.look_up(
+                    x > 0, y > 0, [&](int dx, int dy) { return projector.of_direction(ray_at(x + dx, y + dy)); });
                 continue;
             }
             if (number != plane_of) plane = depth_of(geometry, geometry.triangles()[number - 1]);
             plane_of = number;
-            const auto hit = [&](const glm::dvec3& along, int px, int py) {
-                const double across = is_lens ? along.x * plane.right + along.y * plane.down + along.z * plane.ahead
+            to[x] = projector.look_up(x > 0, y > 0, [&](int dx, int dy) {
+                const int px = x + dx, py = y + dy;
+                const glm::dvec3 ray = ray_at(px, py);
+                const double across = is_lens ? ray.x * plane.right + ray.y * plane.down + ray.z * plane.ahead
                                               : px * plane.right + py * plane.down + plane.ahead;
                 const double times = plane.offset / across;
                 // Seen from its edge a triangle may have no depth there.
-                return along * (times > plane.nearest ? std::min<double>(times, plane.farthest) : plane.nearest);
-            };
-            to[x] = projector.of_point(hit(ray, x, y), hit(right, x + 1, y), hit(below, x, y + 1));
+                return projector.of_point(
+                    ray * (times > plane.nearest ? std::min<double>(times, plane.farthest) : plane.nearest));
+            });
         }
     }
 }
