@@ -26,12 +26,13 @@ void post_search(RpcContext& context, const RpcReply& done, std::function<Result
 
 void calibrate(RpcContext& context, const json& params, const RpcReply& done) {
     JsonReader reader(params, "");
-    photo::PlateTask task = photo::read_plate_task(reader, std::nullopt, std::nullopt);
+    const auto known = photo::read_known_camera(reader);
+    photo::PlateTask task = photo::read_plate_task(reader, known ? std::optional(known->size) : std::nullopt, known);
     if (auto finished = reader.finish(); !finished) return done(std::unexpected(finished.error()));
-    post_search(context, done, [task = std::move(task)]() -> Result<RpcResult> {
-        const auto found = photo::calibrate_plate(task);
+    post_search(context, done, [task = std::move(task), known]() -> Result<RpcResult> {
+        auto found = photo::calibration_json(task, known);
         if (!found) return std::unexpected(found.error());
-        return RpcResult(to_json(*found));
+        return RpcResult(std::move(*found));
     });
 }
 
@@ -180,7 +181,11 @@ void light(const json& params, const RpcReply& done) {
 }
 
 std::vector<Field> task_fields() {
-    return {{"size", "[width, height]", "of the photo", true, "px"},
+    return {{"size", "[width, height]", "of the photo; needed, unless camera_files say it", false, "px"},
+            {"camera_files", "object",
+             "what another program knows: the text of its file by the file's name (fSpy, OpenCV, ROS), of COLMAP "
+             "`cameras.txt` and `images.txt`"},
+            {"camera_image", "string", "of several in those files: the image (COLMAP) or camera"},
             {"points", "array of {px, m}", "what is known: a pixel, and its place; without z it is on the ground"},
             {"heights", "array of {foot_px, head_px, height_m, z}",
              "things upright on level ground (at `z`, 0 if not given) of a known height"},
@@ -197,7 +202,9 @@ std::vector<Field> task_fields() {
 std::vector<Field> calibration_fields() {
     return {
         {"camera", "object", "size, intrinsics, pose and, unless it is a pinhole, lens: as camera.create takes them"},
-        {"verdict", "string", "`good`, `fair` or `poor`: whether people are right within 2 or 5 % of their height"},
+        {"verdict", "string",
+         "`good`, `fair` or `poor`: whether people are right within 2 or 5 % of their height; `unknown` with the pose "
+         "that camera_files have, and then reason, camera and ground are all that is told"},
         {"reason", "string", "the same in a sentence"},
         {"half_95", "object",
          "half widths of 95 % intervals: position, pan_deg, tilt_deg, roll_deg, focal_px, k1; 0 of what is known"},

@@ -214,7 +214,7 @@ world::CameraPatch replug_patch(const world::CameraSpec& spec, const fault::Unpl
 
 Result<fault::FaultRef> CameraTable::set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
                                                TimeNs now_ns) {
-    if (entry.spec().backdrop && !entry.spec().backdrop->is_panorama() &&
+    if (entry.spec().backdrop && entry.spec().backdrop->stands_still() &&
         fault::layer_of(spec.kind) == fault::Layer::body)
         return error(
             ErrorKind::unsupported,

@@ -16,6 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t max_file_bytes = std::size_t{64} << 20;
+constexpr const char *colmap_cameras = "cameras.txt", *colmap_images = "images.txt";
 
 std::unexpected<Error> bad(std::string text) {
     return error(ErrorKind::invalid_argument, std::move(text));
@@ -206,38 +207,55 @@ Result<KnownCamera> parse_colmap(const std::string& cameras, const std::string& 
     return error(ErrorKind::not_found, "cameras.txt: has no camera" + (found.empty() ? "" : " " + found[0].camera));
 }
 
+Result<KnownCamera> parse_camera_files(const std::map<std::string, std::string>& texts, const std::string& image,
+                                       std::optional<ImageSize> size) {
+    if (texts.empty()) return bad("no file is given");
+    const auto cameras = texts.find(colmap_cameras), images = texts.find(colmap_images);
+    const bool is_colmap = cameras != texts.end() || images != texts.end();
+    if (is_colmap && cameras == texts.end())
+        return error(ErrorKind::not_found, std::string(colmap_images) + ": belongs to a cameras.txt; give that too");
+    if (texts.size() > (is_colmap && images != texts.end() ? 2u : 1u))
+        return bad(texts.rbegin()->first + ": one file too many; give one, or cameras.txt with images.txt");
+    const auto& [name, text] = is_colmap ? *cameras : *texts.begin();
+    Result<KnownCamera> camera = bad("");
+    if (is_colmap) {
+        camera = parse_colmap(text, images == texts.end() ? "" : images->second, image);
+        if (!camera) return camera;
+    } else if (text.contains("\"cameraTransform\"")) {
+        camera = parse_fspy(text);
+        if (!camera) return camrig::at(name, camera.error());
+    } else {
+        const auto read = camera::parse_calibration(text, name, {.camera = image, .size = size});
+        if (!read) return std::unexpected(read.error());
+        camera = KnownCamera{read->size, read->intrinsics, read->lens, std::nullopt};
+    }
+    if (size && (camera->size.width != size->width || camera->size.height != size->height))
+        return bad(name + ": is of a photo of " + camera->size.to_string() + ", and this one is " + size->to_string() +
+                   (camera->size.width == size->height ? "; was it turned?"
+                                                       : "; calibrate the photo as it is, neither cropped nor scaled"));
+    return camera;
+}
+
 Result<KnownCamera> read_camera_file(const std::filesystem::path& file, const std::string& image,
                                      std::optional<ImageSize> size) {
     std::error_code problem;
     const bool is_folder = std::filesystem::is_directory(file, problem);
     const std::string name = file.filename().string();
-    Result<KnownCamera> camera = bad("");
-    if (is_folder || name == "cameras.txt" || name == "images.txt") {
-        const std::filesystem::path folder = is_folder ? file : file.parent_path();
-        const auto cameras = text_of(folder / "cameras.txt");
-        if (!cameras) return std::unexpected(cameras.error());
-        const bool has_images = std::filesystem::exists(folder / "images.txt", problem);
-        const auto images = has_images ? text_of(folder / "images.txt") : Result<std::string>("");
-        if (!images) return std::unexpected(images.error());
-        camera = parse_colmap(*cameras, *images, image);
-        if (!camera) return camrig::at(folder.string(), camera.error());
-    } else {
+    if (!is_folder && name != colmap_cameras && name != colmap_images) {
         const auto text = text_of(file);
         if (!text) return std::unexpected(text.error());
-        if (text->contains("\"cameraTransform\"")) {
-            camera = parse_fspy(*text);
-            if (!camera) return camrig::at(file.string(), camera.error());
-        } else {
-            const auto read = camera::read_calibration_file(file.string(), {.camera = image, .size = size});
-            if (!read) return std::unexpected(read.error());
-            camera = KnownCamera{read->size, read->intrinsics, read->lens, std::nullopt};
-        }
+        return parse_camera_files({{file.string(), *text}}, image, size);
     }
-    if (size && (camera->size.width != size->width || camera->size.height != size->height))
-        return bad(file.string() + ": is of a photo of " + camera->size.to_string() + ", and this one is " +
-                   size->to_string() +
-                   (camera->size.width == size->height ? "; was it turned?"
-                                                       : "; calibrate the photo as it is, neither cropped nor scaled"));
+    const std::filesystem::path folder = is_folder ? file : file.parent_path();
+    std::map<std::string, std::string> texts;
+    for (const char* const part : {colmap_cameras, colmap_images}) {
+        if (part == colmap_images && !std::filesystem::exists(folder / part, problem)) continue;
+        auto text = text_of(folder / part);
+        if (!text) return std::unexpected(text.error());
+        texts.emplace(part, std::move(*text));
+    }
+    auto camera = parse_camera_files(texts, image, size);
+    if (!camera) return camrig::at(folder.string(), camera.error());
     return camera;
 }
 

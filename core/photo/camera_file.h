@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 
@@ -32,7 +33,12 @@ struct KnownCamera {
 Result<KnownCamera> read_camera_file(const std::filesystem::path& file, const std::string& image,
                                      std::optional<ImageSize> size);
 
-/// The parts, from text; for tests.
+/// The same from the text of files by their names: cameras.txt with or without images.txt, or one other file. Messages
+/// begin with the name.
+Result<KnownCamera> parse_camera_files(const std::map<std::string, std::string>& texts, const std::string& image,
+                                       std::optional<ImageSize> size);
+
+/// The parts.
 Result<KnownCamera> parse_fspy(const std::string& text);
 Result<KnownCamera> parse_colmap(const std::string& cameras, const std::string& images, const std::string& image);
 

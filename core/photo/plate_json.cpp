@@ -166,6 +166,35 @@ PlateTask read_plate_task(JsonReader& reader, std::optional<ImageSize> size, con
     return task;
 }
 
+std::optional<KnownCamera> read_known_camera(JsonReader& reader) {
+    constexpr std::size_t most_files = 2;
+    std::string image;
+    reader.optional("camera_image", image);
+    const json* const files = reader.find("camera_files");
+    if (!files) {
+        if (!image.empty()) reader.fail("camera_image", "is that of camera_files, and none are given");
+        return std::nullopt;
+    }
+    std::map<std::string, std::string> texts;
+    bool is_good = files->is_object() && files->size() <= most_files;
+    if (is_good)
+        for (const auto& [name, text] : files->items()) {
+            is_good &= text.is_string();
+            if (text.is_string()) texts.emplace(name, text.get<std::string>());
+        }
+    if (!is_good) {
+        reader.fail("camera_files", "expected an object from one or two file names to what the files hold");
+        return std::nullopt;
+    }
+    std::optional<ImageSize> size;
+    if (reader.has("size")) size = read_size(reader, std::nullopt);
+    if (!reader.ok()) return std::nullopt;
+    auto known = parse_camera_files(texts, image, size);
+    if (known) return *known;
+    reader.fail("camera_files", known.error().message, known.error().kind);
+    return std::nullopt;
+}
+
 json camera_json(ImageSize size, const camera::Intrinsics& k, const camera::Lens& lens, const camera::Pose& pose) {
     const camera::PanTiltRoll angles = camera::angles_of(pose.orientation);
     json entry{{"size", {size.width, size.height}},
@@ -236,6 +265,24 @@ json to_json(const PlateCalibration& found) {
             {"rms_px", found.rms_px},
             {"residuals", std::move(residuals)},
             {"covariance", {{"of", std::move(names)}, {"rows", std::move(rows)}, {"region_95", found.region_95}}}};
+}
+
+Result<json> calibration_json(const PlateTask& task, const std::optional<KnownCamera>& known) {
+    if (known && known->pose && task.points.empty() && task.heights.empty() && task.lines.empty()) {
+        const auto lens = camera::LensMap::create(known->lens);
+        if (!lens) return std::unexpected(lens.error());
+        return json{{"camera", camera_json(known->size, known->intrinsics, known->lens, *known->pose)},
+                    {"verdict", "unknown"},
+                    {"reason", "unknown: as the file has it; give points to see how far it is off"},
+                    {"ground", ground_json({.k = known->intrinsics,
+                                            .lens = *lens,
+                                            .world_from_optical = camera::world_from_optical_rotation(*known->pose),
+                                            .position = known->pose->position},
+                                           known->size)}};
+    }
+    const auto found = calibrate_plate(task);
+    if (!found) return std::unexpected(found.error());
+    return to_json(*found);
 }
 
 json light_json(const PlateLight& light, const glm::dvec3& direction, double north) {

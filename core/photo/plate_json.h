@@ -16,8 +16,16 @@ namespace camrig::photo {
 /// `size` and `known` are what is known already, of the photo and of a file of its camera.
 PlateTask read_plate_task(JsonReader& reader, std::optional<ImageSize> size, const std::optional<KnownCamera>& known);
 
+/// Reads camera_files (an object from file names to their text) and camera_image; nullopt: none were given, or the
+/// error is in the reader. `size` beside them is the photo's.
+std::optional<KnownCamera> read_known_camera(JsonReader& reader);
+
 /// All that was found, angles in degrees, and as `ground` what ground_json says.
 nlohmann::json to_json(const PlateCalibration& found);
+
+/// calibrate_plate or, where there is nothing to calibrate from but a file that has a pose, what that says: camera,
+/// verdict (`unknown`), reason and ground.
+Result<nlohmann::json> calibration_json(const PlateTask& task, const std::optional<KnownCamera>& known);
 
 /// `ground` of a backdrop's proxies: the part of the photo below its horizon, as far as people are worth looking at;
 /// null where the camera sees no ground.

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <glm/glm.hpp>
@@ -19,6 +20,8 @@ struct Attachment {
     glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
 };
 
+/// The class of those who keep to what the backdrops of a scene say is walkable.
+inline constexpr std::string_view person_class = "person";
 /// People take this much of the floor: half the breadth of shoulders and arms.
 inline constexpr double person_radius_m = 0.28;
 

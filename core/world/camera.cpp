@@ -30,8 +30,9 @@ Result<Camera> Camera::changed(const CameraPatch& patch, TimeNs begin_ns, TimeNs
     auto spec = patch_camera_spec(base, patch);
     if (!spec) return std::unexpected(spec.error());
 
-    // Before a panorama it may turn and zoom.
-    const bool stands = spec->backdrop && !(spec->backdrop->is_panorama() && spec->pose.position == base.pose.position);
+    // Before a panorama it may turn and zoom, before a projected picture also move.
+    const bool stands = spec->backdrop && !spec->backdrop->is_projected() &&
+                        !(spec->backdrop->is_panorama() && spec->pose.position == base.pose.position);
     if (stands && duration_ns > 0 && (patch.pose || turns || patch.optics || patch.zoom))
         return error(ErrorKind::unsupported,
                      "seconds: a camera with a backdrop stands still, because its picture is true from one place only; "

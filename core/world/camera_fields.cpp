@@ -131,14 +131,7 @@ std::vector<std::string> model_names() {
 }
 
 std::vector<Field> lens_parts() {
-    std::vector<Field> parts{
-        {.name = "model",
-         .type = "string",
-         .doc = "with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of "
-                "equidistant",
-         .required = true,
-         .choices = model_names()},
-        {.name = "coefficients", .type = "array of numbers", .doc = "as many as the model has; pinhole has none"}};
+    std::vector<Field> parts = lens_model_fields();
     for (Field& field : descriptions_of<LensSampling>()) parts.push_back(std::move(field));
     return parts;
 }
@@ -313,6 +306,18 @@ std::vector<Entry> make_camera_fields() {
 const std::vector<Entry>& camera_fields() {
     static const std::vector<Entry> table = make_camera_fields();
     return table;
+}
+
+const std::vector<Field>& lens_model_fields() {
+    static const std::vector<Field> fields{
+        {.name = "model",
+         .type = "string",
+         .doc = "with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of "
+                "equidistant",
+         .required = true,
+         .choices = model_names()},
+        {.name = "coefficients", .type = "array of numbers", .doc = "as many as the model has; pinhole has none"}};
+    return fields;
 }
 
 const std::vector<Field>& pose_fields() {

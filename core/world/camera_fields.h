@@ -16,5 +16,7 @@ const std::vector<FieldOf<CameraSpec, CameraPatch>>& camera_fields();
 FieldTable<Mount> fields_of(std::type_identity<Mount>);
 /// position, look_at, the angles and orientation; read_pose reads them.
 const std::vector<Field>& pose_fields();
+/// model and coefficients; read_lens_model reads them.
+const std::vector<Field>& lens_model_fields();
 
 }  // namespace camrig::world

@@ -74,10 +74,10 @@ void read_optics(JsonReader& reader, CameraPatch& patch) {
     check_fields_of_view(reader, patch, vfov_deg, hfov_deg);
 }
 
-void read_lens(JsonReader& reader, CameraPatch& patch) {
-    const json* value = reader.find("lens");
-    if (!value) return;
-    JsonReader nested(*value, reader.path_of("lens"));
+namespace {
+
+/// Model and coefficients.
+camera::Lens read_model(JsonReader& nested) {
     std::string name;
     nested.required("model", name);
     camera::Lens lens;
@@ -86,6 +86,23 @@ void read_lens(JsonReader& reader, CameraPatch& patch) {
     const auto wanted = static_cast<std::size_t>(coefficient_count(lens.model));
     if (nested.ok() && (wanted > 0 || nested.has("coefficients")))
         nested.required("coefficients", std::span<double>(lens.coefficients.data(), wanted));
+    return lens;
+}
+
+}  // namespace
+
+Result<camera::Lens> read_lens_model(const json& value, std::string path) {
+    JsonReader reader(value, std::move(path));
+    const camera::Lens lens = read_model(reader);
+    if (auto done = reader.finish(); !done) return std::unexpected(done.error());
+    return lens;
+}
+
+void read_lens(JsonReader& reader, CameraPatch& patch) {
+    const json* value = reader.find("lens");
+    if (!value) return;
+    JsonReader nested(*value, reader.path_of("lens"));
+    const camera::Lens lens = read_model(nested);
     Changes<LensSampling> sampling;
     read_fields(fields_of(std::type_identity<LensSampling>{}), nested, sampling);
     if (auto done = nested.finish(); !done) return reader.fail(done.error());

@@ -31,6 +31,7 @@ void read_lens(JsonReader& reader, CameraPatch& patch);
 Result<camera::Pose> read_pose(const nlohmann::json& value, std::string path);
 nlohmann::json pose_to_json(const camera::Pose& pose);
 /// {"model": .., "coefficients": [..]}, as many as the model has.
+Result<camera::Lens> read_lens_model(const nlohmann::json& value, std::string path);
 nlohmann::json lens_to_json(const camera::Lens& lens);
 nlohmann::json ptz_to_json(const camera::PtzPosition& position);
 /// Where the head believes to be, and under `true` where it is.

@@ -92,21 +92,25 @@ bool is_soft_or_noisy(const BackdropSpec& backdrop) {
 Result<void> check_backdrop(const CameraSpec& spec) {
     if (!spec.backdrop) return {};
     const auto refuse = [](const std::string& why) { return std::unexpected(Error{ErrorKind::unsupported, why}); };
-    const bool may_turn = spec.backdrop->is_panorama();
-    if (spec.mount)
-        return refuse("mount: a camera with a backdrop stands still, because its picture is true from one place only");
-    if (spec.ptz && !may_turn)
+    const bool stands_still = spec.backdrop->stands_still();
+    if (spec.mount && !spec.backdrop->is_projected())
+        return refuse(
+            "mount: a camera with a backdrop stands still, because its picture is true from one place only; leave out "
+            "one of both, or give it a projected picture");
+    if (spec.ptz && stands_still)
         return refuse(
             "ptz: a camera with a backdrop stands still, because its picture shows what was before it at one pan, tilt "
-            "and zoom; leave out one of both, or give it a panorama");
+            "and zoom; leave out one of both, or give it a panorama or a projected picture");
     if (spec.sensor)
         return refuse("sensor: the picture of a backdrop went through a sensor already; leave out one of both");
-    if (spec.zoom != spec.optics_zoom && !may_turn)
+    if (spec.zoom != spec.optics_zoom && stands_still)
         return refuse("zoom: a camera with a backdrop has the zoom that its picture was taken with");
     if (spec.lens_sampling != LensSampling{})
         return refuse("lens.method: people are drawn into a backdrop through the lens itself (method auto)");
     if (spec.antialias != Antialias::automatic && !is_of_areas_or_middles(spec.antialias))
         return refuse("antialias: with a backdrop it is auto, none or coverage");
+    if (spec.antialias == Antialias::coverage && spec.backdrop->is_projected())
+        return refuse("antialias: a projected picture is drawn without (auto or none)");
     if (spec.antialias == Antialias::coverage && is_soft_or_noisy(*spec.backdrop))
         return refuse("antialias: coverage has edges of its own; leave out backdrop.edge_px and backdrop.noise, or it");
     return {};
@@ -143,8 +147,9 @@ void assign_if(const std::optional<From>& from, To& to) {
 
 Antialias antialias_of(const CameraSpec& spec, Quality quality) {
     if (spec.antialias != Antialias::automatic) return spec.antialias;
-    // What a film shows changes, so that nothing of areas could be kept.
-    if (spec.backdrop && (spec.backdrop->kind == BackdropKind::film || is_soft_or_noisy(*spec.backdrop)))
+    // What a film shows changes, so that nothing of areas could be kept; a projected picture is looked up at middles.
+    if (spec.backdrop && (spec.backdrop->kind == BackdropKind::film || spec.backdrop->is_projected() ||
+                          is_soft_or_noisy(*spec.backdrop)))
         return Antialias::none;
     // Above 4 megapixels pixels are small enough for what several samples of each (lenses, GPUs) would take of memory.
     constexpr std::int64_t most_pixels = std::int64_t{1} << 22;
@@ -182,7 +187,7 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     if (!intrinsics) return std::unexpected(intrinsics.error());
     intrinsics->fx *= spec.zoom / spec.optics_zoom;
     intrinsics->fy *= spec.zoom / spec.optics_zoom;
-    if (spec.backdrop && spec.backdrop->intrinsics && spec.backdrop->files)
+    if (spec.backdrop && spec.backdrop->intrinsics && spec.backdrop->files && !spec.backdrop->is_projected())
         *intrinsics = scaled(*spec.backdrop->intrinsics, spec.backdrop->files->size(), spec.size);
     if (auto good = check_intrinsics(spec.size, *intrinsics); !good) return std::unexpected(good.error());
     spec.intrinsics = *intrinsics;
@@ -190,9 +195,11 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
                              spec.size == base.size && spec.intrinsics == base.intrinsics;
     if (!same_optics)
         if (auto good = check_lens(spec); !good) return std::unexpected(good.error());
+    const bool stays =
+        spec.backdrop && spec.backdrop->is_projected() ? spec.lens == base.lens : same_optics && spec.pose == base.pose;
     if (!spec.backdrop) {
         spec.backdrop_here = nullptr;
-    } else if (!same_optics || spec.pose != base.pose || spec.backdrop != base.backdrop) {
+    } else if (!stays || spec.backdrop != base.backdrop) {
         auto made = make_backdrop(spec);
         if (!made) return std::unexpected(made.error());
         spec.backdrop_here = std::move(*made);

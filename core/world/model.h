@@ -128,6 +128,7 @@ struct Node {
     int light = -1;
     std::vector<float> weights;  ///< overrides the mesh's when not empty
     std::string keypoint;        ///< extras.keypoint: the body point that the node's origin is ("left_elbow")
+    std::string proxy = {};      ///< extras.camrig_proxy: what it is to a backdrop (backdrop/proxy_roles.h)
 };
 
 struct Skin {

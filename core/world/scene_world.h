@@ -90,6 +90,8 @@ private:
     ActorReport report(const Mover& mover) const;
     void behave(Mover& mover, const BehaviourSpec& spec);
     Result<void> check_behave(const Mover& mover, const BehaviourSpec& spec, const std::string& path) const;
+    /// Whether the mover may be put there, as far as backdrops say what is walkable.
+    Result<void> check_place(const Mover& mover, const glm::dvec3& place, const std::string& path) const;
     Result<void> check_carrier(const std::string& name, const Attachment& to, const std::string& path) const;
     void attach(Mover& mover, const Attachment& to);
     void put_down(Mover& mover, const std::optional<glm::dvec3>& position);

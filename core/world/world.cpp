@@ -10,7 +10,7 @@ namespace {
 
 /// What actors take of the floor, unless they say so themselves.
 double default_radius_m(const ActorSpec& spec) {
-    return spec.object_class == "person" ? person_radius_m * spec.scale : 0.0;
+    return spec.object_class == person_class ? person_radius_m * spec.scale : 0.0;
 }
 
 }  // namespace

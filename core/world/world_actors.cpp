@@ -3,6 +3,7 @@
 
 #include "core/world/behaviour/stand_behaviour.h"
 #include "core/world/behaviour/steered.h"
+#include "core/world/read/check_walkable.h"
 #include "core/world/scene_world.h"
 #include "core/world/turn.h"
 
@@ -143,6 +144,12 @@ Result<void> SceneWorld::check_behave(const Mover& mover, const BehaviourSpec& s
     return check_follows(name, graph, path.empty() ? "" : path.substr(0, path.size() - 1));
 }
 
+Result<void> SceneWorld::check_place(const Mover& mover, const glm::dvec3& place, const std::string& path) const {
+    if (mover.info->object_class != person_class) return {};
+    const auto why = why_unwalkable(*scene_, place);
+    return why ? error(ErrorKind::invalid_argument, path + ": " + *why) : Result<void>();
+}
+
 Result<void> SceneWorld::check_mount(const Mount& mount, const std::string& path) const {
     thread_.check();
     return world::check_mount(mount, known_names(), path);
@@ -219,6 +226,8 @@ Result<ActorReport> SceneWorld::change_actor(const ActorPatch& patch) {
     if (patch.behaviour && (patch.position || patch.orientation) && places_actor(*patch.behaviour) &&
         std::holds_alternative<VehicleBehaviour>(*patch.behaviour))
         return error(ErrorKind::invalid_argument, "position: its route places this actor");
+    if (patch.position && !patch.attach)
+        if (auto good = check_place(mover, *patch.position, "position"); !good) return std::unexpected(good.error());
     if (patch.play)
         if (auto good = check_clip(*mover.info->model, *patch.play, "play"); !good)
             return std::unexpected(good.error());
@@ -261,6 +270,8 @@ Result<void> SceneWorld::steer_actors(std::span<const SteerSpec> steers) {
         const std::string path = "actors[" + std::to_string(i) + "].";
         const auto mover = need_actor(steers[i].name);
         if (!mover) return error(mover.error().kind, path + mover.error().message);
+        if (steers[i].position)
+            if (auto good = check_place(**mover, *steers[i].position, path + "position"); !good) return good;
         if (steers[i].clip)
             if (auto good = check_clip(*(*mover)->info->model, *steers[i].clip, path + "clip"); !good) return good;
     }

@@ -339,6 +339,71 @@ def test_the_photo_of_a_camera_of_the_rig_is_shown_with_its_lens(rig, opened_pla
     assert camera.get()["intrinsics"] == pytest.approx(was["intrinsics"])
 
 
+def test_distances_and_heights_are_measured_in_the_photo(rig, opened_plate):
+    plate, page = opened_plate, opened_plate.page
+    ends = [(300, 700), (1000, 600)]
+    post = plate.ground((500, 620))
+    plate.tool("distance")
+    plate.click(*ends)
+    assert page.text_content("#measured li output") == "calibrate first"
+    plate.add_points(*CLICKS)
+    plate.calibrate()
+    until(page, "document.getElementById('answer').dataset.camera")
+    plate.tool("standing")
+    plate.click(plate.pixel((*post, 0)), plate.pixel((*post, 2)))
+    until(page, "[...document.querySelectorAll('#measured li output')].filter(one => one.textContent.endsWith(' m')).length === 2")
+    metres = [float(text.removesuffix(" m")) for text in page.eval_on_selector_all("#measured output", "all => all.map(one => one.textContent)")]
+    # As good as four clicks at pixels of the screen.
+    assert metres[0] == pytest.approx(np.linalg.norm(plate.ground(ends[0]) - plate.ground(ends[1])), rel=0.03)
+    assert metres[1] == pytest.approx(2, rel=0.03)
+    plate.drag(plate.pixel((*post, 2)), plate.pixel((*post, 1)))
+    until(page, "Math.abs(parseFloat(document.querySelectorAll('#measured li output')[1].textContent) - 1) < 0.05")
+    plate.drag(ends[1], (1000, 5))
+    until(page, "document.querySelector('#measured li output').textContent === 'over the horizon of the ground'")
+    page.get_by_label("Remove measure 1").click()
+    assert page.locator("#measured li").count() == 1
+
+
+def test_lens_and_intrinsics_that_are_known_are_typed_or_come_from_a_file(rig, opened_plate, tmp_path):
+    plate, page = opened_plate, opened_plate.page
+    plate.add_points(*CLICKS)
+    page.fill("#known [name=intrinsics]", "900, 900, 639.5")
+    page.keyboard.press("Enter")
+    plate.calibrate()
+    until(page, "document.querySelector('[data-problem=intrinsics]').textContent === 'intrinsics: give four numbers, fx, fy, cx and cy'")
+    k = plate.K
+    page.fill("#known [name=intrinsics]", ", ".join(str(value) for value in (k[0, 0], k[1, 1], k[0, 2], k[1, 2])))
+    page.select_option("#known [name=lens]", "plumb_bob")
+    page.fill("#known [name=coefficients]", "0.001 0 0")
+    page.keyboard.press("Enter")
+    plate.calibrate()
+    until(page, "document.querySelector('[data-problem=lens]').textContent.startsWith('lens: ')")
+    page.fill("#known [name=coefficients]", "0.001 0 0 0 0")
+    page.keyboard.press("Enter")
+    plate.calibrate()
+    until(page, "document.getElementById('answer').dataset.camera")
+    found = json.loads(page.get_attribute("#answer", "data-camera"))
+    assert found["intrinsics"]["fx"] == pytest.approx(k[0, 0]) and found["lens"]["coefficients"][0] == 0.001
+    # What fSpy wrote: its camera looks along -z with y up.
+    rows = plate.world.copy()
+    rows[:3, 1:3] *= -1
+    known = tmp_path / "corner.fspy.json"
+    known.write_text(json.dumps({"imageWidth": SIZE[0], "imageHeight": SIZE[1], "horizontalFieldOfView": 2 * math.atan(SIZE[0] / 2 / k[0, 0]),
+                                 "principalPoint": {"x": 0, "y": 0}, "cameraTransform": {"rows": rows.tolist()}}))
+    page.set_input_files("#known [name=camera_files]", str(known))
+    plate.calibrate()
+    until(page, "document.getElementById('problem').textContent || document.querySelector('[data-problem=intrinsics]').textContent.includes('file')")
+    page.fill("#known [name=intrinsics]", "")
+    page.fill("#known [name=coefficients]", "")
+    page.select_option("#known [name=lens]", "")
+    for number in range(len(CLICKS), 0, -1):
+        page.get_by_label(f"Remove point {number}").click()
+    plate.calibrate()
+    until(page, "document.getElementById('verdict').textContent.startsWith('unknown: as the file has it')")
+    pose = json.loads(page.get_attribute("#answer", "data-camera"))["pose"]
+    assert pose["position"] == pytest.approx(plate.world[:3, 3].tolist(), abs=1e-6)
+
+
 def test_every_control_of_the_page_of_photos_has_a_name_and_enough_contrast(opened_plate):
     from axe_playwright_python.sync_playwright import Axe
 

@@ -170,21 +170,14 @@ int calibrate(const CliContext& context, const CalibrateOptions& options) {
     const photo::PlateTask task = photo::read_plate_task(reader, size, known);
     if (auto done = reader.finish(); !done)
         return context.fail(options.clicks.empty() ? done.error() : at(options.clicks.string(), done.error()).error());
-    json result;
-    if (known && known->pose && task.points.empty() && task.heights.empty() && task.lines.empty()) {
-        result = {{"camera", photo::camera_json(known->size, known->intrinsics, known->lens, *known->pose)},
-                  {"verdict", "unknown"},
-                  {"reason", "unknown: as the file has it; give points to see how far it is off"}};
-    } else {
-        const auto found = photo::calibrate_plate(task);
-        if (!found) return context.fail(found.error());
-        result = to_json(*found);
-    }
+    const auto result = photo::calibration_json(task, known);
+    if (!result) return context.fail(result.error());
+    const json& camera = (*result)["camera"];
     ImageSize view_size;
-    const auto view = photo::read_camera(result["camera"], "camera", &view_size);
+    const auto view = photo::read_camera(camera, "camera", &view_size);
     if (!view) return context.fail(view.error());
-    if (auto done = write_found(result["camera"], *view, view_size, options); !done) return context.fail(done.error());
-    return context.print(result, text_of(result));
+    if (auto done = write_found(camera, *view, view_size, options); !done) return context.fail(done.error());
+    return context.print(*result, text_of(*result));
 }
 
 }  // namespace

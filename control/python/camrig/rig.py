@@ -107,7 +107,8 @@ class Rig:
     def calibrate_plate(self, size: Sequence[int], **known: Any) -> dict[str, Any]:
         """From where a photo of this size was taken: camera, residuals and how sure it is (docs/backdrops.md).
 
-        known: points, heights, lines, vfov_deg, click_px, ... as the file of ``camrig plate calibrate`` has them.
+        known: points, heights, lines, vfov_deg, click_px, ... as the file of ``camrig plate calibrate`` has them, and camera_files,
+        what another program knows: {name of its file: its text} (fSpy, OpenCV, ROS; of COLMAP cameras.txt and images.txt).
         """
         return self.call("plate.calibrate", size=list(size), **known)
 

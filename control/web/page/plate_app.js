@@ -6,6 +6,7 @@ import './plate_drawing.js';
 import './plate_clicks.js';
 import './plate_light.js';
 import './plate_view.js';
+import './plate_measure.js';
 import './plate_scene.js';
 import { change } from './plate_state.js';
 

@@ -103,7 +103,12 @@ function taskOf() {
   plate.points.forEach(({ m }, index) => {
     if (!m || m.includes(null)) throw new RpcError({ message: `points[${index}].m: give x and y in metres` });
   });
-  const task = { size: plate.photo.size, ...plate.known };
+  const { intrinsics, lens: model, coefficients, ...rest } = plate.known;
+  const task = { size: plate.photo.size, ...rest };
+  if (intrinsics && intrinsics.length !== 4) throw new RpcError({ message: 'intrinsics: give four numbers, fx, fy, cx and cy' });
+  if (intrinsics) task.intrinsics = Object.fromEntries(['fx', 'fy', 'cx', 'cy'].map((key, i) => [key, intrinsics[i]]));
+  if (coefficients && !model) throw new RpcError({ message: 'lens: choose the one that the coefficients are of' });
+  if (model) task.lens = { model, coefficients: coefficients ?? [] };
   for (const list of Object.keys(lists)) if (plate[list].length) task[list] = plate[list];
   return task;
 }
@@ -111,6 +116,7 @@ function taskOf() {
 async function calibrate() {
   try {
     if (!plate.photo) throw new RpcError({ message: 'choose a photo first' });
+    await taken;
     const found = await call('plate.calibrate', taskOf());
     const [width, height] = plate.photo.size;
     change({ found, isStale: false, problem: null, figure: plate.figure ?? { px: [width / 2, height * 0.8] } });
@@ -121,15 +127,36 @@ async function calibrate() {
 
 document.getElementById('calibrate').addEventListener('click', calibrate);
 known.addEventListener('submit', (event) => event.preventDefault());
-known.addEventListener('change', ({ target }) => {
+/** Of COLMAP's images.txt the lines of points, which are most of it, are left empty. */
+function withoutPoints(name, text) {
+  if (name !== 'images.txt') return text;
+  return text.split('\n').filter((line) => !line.startsWith('#')).map((line, index) => (index % 2 ? '' : line)).join('\n');
+}
+
+const textsOf = async (files) => Object.fromEntries(await Promise.all([...files].map(async (file) => [file.name, withoutPoints(file.name, await file.text())])));
+
+/** What a field says; nothing where it is empty. */
+async function valueOf({ type, name, value, checked, files, dataset: { kind } }) {
+  if (type === 'checkbox') return checked || undefined;
+  if (kind === 'files') return files.length ? textsOf(files) : undefined;
+  const text = value.trim();
+  if (text === '') return undefined;
+  if (kind === 'numbers') return text.split(/[\s,;]+/).map((one) => numberOf(one, name));
+  return kind === 'word' ? text : numberOf(text, name);
+}
+
+let taken = null;   // what was changed last, while a file is read
+
+async function take(target) {
   try {
-    const value = target.type === 'checkbox' ? target.checked || undefined : target.value.trim() === '' ? undefined : numberOf(target.value, target.name);
+    const value = await valueOf(target);
     const { [target.name]: before, ...rest } = plate.known;
     changeClicks({ known: value === undefined ? rest : { ...rest, [target.name]: value } });
   } catch (problem) {
     change({ problem: placed(problem) });
   }
-});
+}
+known.addEventListener('change', ({ target }) => { taken = take(target); });
 
 function showAnswer() {
   const { found, isStale } = plate;

@@ -10,6 +10,8 @@ const hints = {
   height: 'Click the foot and the head of something upright of a known height.',
   line_x: 'Click two places on an edge along x.', line_y: 'Click two places on an edge along y.', line_z: 'Click two places on an upright edge.',
   figure: 'Drag the figure about, or click where it shall stand.',
+  distance: 'Click two places on the ground: how far they are apart is told.',
+  standing: 'Click the foot and the head of something upright: how tall it is is told.',
   shadow: 'Click the top and the foot of something upright, and the tip of its shadow.',
   ...Object.fromEntries(Object.entries(kinds).map(([kind, { label, hint }]) => [kind, `${label}: click ${hint}; then Done.`])),
 };

@@ -1,6 +1,7 @@
 // The photo, and over it all that was clicked, drawn or found. A click does what the tool does; marks and the figure are dragged; the wheel enlarges.
 // Pixels are the photo's, with centres at integers.
 import { change, changeClicks, handles, listen, plate } from './plate_state.js';
+import { textOf } from './plate_measure.js';
 import { kinds } from './plate_shapes.js';
 import { shadowClicked } from './plate_light.js';
 
@@ -8,7 +9,7 @@ const canvas = document.getElementById('plate');
 const paint = canvas.getContext('2d');
 const grabRadius = 9;
 const colours = { walkable: '#4cd07d', obstacle: '#ff7a6b', wall: '#6aa8ff', cutout: '#ffd166' };
-const pixelsOf = { point: 1, height: 2, line_x: 2, line_y: 2, line_z: 2, shadow: 3 };
+const pixelsOf = { point: 1, height: 2, line_x: 2, line_y: 2, line_z: 2, shadow: 3, distance: 2, standing: 2 };
 let view = { scale: 1, x: 0, y: 0 };   // from the photo's pixels to the canvas'
 let cursor = null;                     // of the keyboard
 let drag = null;
@@ -41,6 +42,7 @@ function finish(tool, px) {
   else if (tool === 'height') changeClicks({ heights: [...plate.heights, { foot_px: px[0], head_px: px[1], height_m: 1.75 }] });
   else if (tool.startsWith('line_')) changeClicks({ lines: [...plate.lines, { axis: tool.at(-1), from_px: px[0], to_px: px[1] }] });
   else if (tool === 'shadow') shadowClicked(px);
+  else if (tool === 'distance' || tool === 'standing') change({ measured: [...plate.measured, { kind: tool, px }] });
   else change({ shapes: [...plate.shapes, { kind: tool, px, ...(kinds[tool].height_m ? { height_m: kinds[tool].height_m } : {}) }] });
 }
 
@@ -148,6 +150,14 @@ function drawClicks() {
   });
 }
 
+function drawMeasured() {
+  plate.measured.forEach(({ px }, index) => {
+    stroke(px, '#5cf0d8');
+    mark(px[0], '', false);
+    mark(px[1], textOf(plate.shown.metres?.[index]), false);
+  });
+}
+
 function draw() {
   const ratio = devicePixelRatio;
   const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
@@ -165,6 +175,7 @@ function draw() {
   fill(shadow, '#0009');
   fill(body, '#ffb454d9');
   drawClicks();
+  drawMeasured();
   if (plate.drawing.length) stroke(plate.drawing, colours[plate.tool] ?? '#fff');
   plate.drawing.forEach((px) => mark(px, '', false));
   if (cursor && document.activeElement === canvas) mark(cursor, rounded(cursor).join(', '), false);

@@ -13,6 +13,7 @@ export const plate = {
   isStale: false,   // clicks were changed since
   problem: null,    // {of: 'points[2]', text}
   shapes: [],       // {kind, px, height_m}; of a cut-out the last pixel is its foot
+  measured: [],     // {kind: distance | standing, px: two pixels}
   figure: null,     // {px} or {m}: where it was put
   shown: {},        // of plate_view.js: where the camera shows all that is in metres
   sun: { azimuth_deg: 150, elevation_deg: 40, sun: 1, sky: 1 },
@@ -42,6 +43,10 @@ export function handles() {
     ...of('points', 'points', ['px'], changeClicks),
     ...of('heights', 'heights', ['foot_px', 'head_px'], changeClicks),
     ...of('lines', 'lines', ['from_px', 'to_px'], changeClicks),
+    ...plate.measured.flatMap((one, index) => one.px.map((end, place) => ({
+      of: `measured[${index}]`, px: end,
+      move: (px) => change({ measured: withOne(plate.measured, index, { ...one, px: one.px.with(place, px) }) }),
+    }))),
     ...plate.shapes.flatMap((shape, index) => shape.px.map((corner, place) => ({
       of: `shapes[${index}]`, px: corner,
       move: (px) => change({ shapes: withOne(plate.shapes, index, { ...shape, px: shape.px.with(place, px) }), problem: null }),

@@ -1,6 +1,7 @@
 // Where the calibrated camera shows what is in metres: the grid, the figure with its shadow, boxes. The rig's own lens says it (plate.project); while it
 // answers, the newest wish waits.
 import { call } from './rpc.js';
+import { measure } from './plate_measure.js';
 import { boxesOf, footOf } from './plate_shapes.js';
 import { change, listen, plate } from './plate_state.js';
 import { tell } from './messages.js';
@@ -15,11 +16,11 @@ const head = Array.from({ length: 9 }, (_, i) => [0.12 * Math.sin((Math.PI * (8 
 const right = [[0, 0.78], ...half, ...head.toReversed()];
 const outline = [...right, ...right.slice(1, -1).toReversed().map(([x, z]) => [-x, z])];
 
-async function project(camera, { points = [], pixels = [] }) {
+async function project(camera, { points = [], pixels = [], z = 0 }) {
   const all = { px: [], m: [] };
   for (let from = 0; from < Math.max(points.length, pixels.length); from += mostAtOnce) {
     const part = { points: points.slice(from, from + mostAtOnce), pixels: pixels.slice(from, from + mostAtOnce) };
-    const { px, m } = await call('plate.project', { camera, ...part });
+    const { px, m } = await call('plate.project', { camera, z, ...part });
     all.px.push(...px);
     all.m.push(...m);
   }
@@ -76,7 +77,7 @@ async function look(camera) {
     grid = await gridOf(camera);
     gridCamera = camera;
   }
-  const { figure, shapes, light } = plate;
+  const { figure, shapes, light, measured } = plate;
   const onTheGround = shapes.map((shape) => (shape.kind === 'cutout' ? [shape.px.at(-1)] : shape.px));
   const pixels = [...onTheGround.flat(), ...(figure?.px ? [figure.px] : [])];
   const m = pixels.length ? await onGround(camera, pixels) : [];
@@ -87,10 +88,11 @@ async function look(camera) {
   const { body, shadow } = place ? figureAt(place, camera, light) : { body: [], shadow: [] };
   const points = [...body, ...shadow, ...(place ? [[place[0], place[1], 0], [place[0], place[1], figureHeight]] : []), ...boxes.flat().flatMap(cuboid)];
   const px = points.length ? (await project(camera, { points })).px : [];
+  const metres = await measure(camera, measured, project);
   const take = (count) => px.splice(0, count);
   return {
     grid, ground, boxes, place: place ?? null, body: take(body.length), shadow: take(shadow.length), standing: place ? take(2) : [],
-    cuboids: boxes.flat().map(() => take(8)),
+    cuboids: boxes.flat().map(() => take(8)), metres,
   };
 }
 
@@ -101,7 +103,7 @@ async function keepUp() {
   if (isAsking) return;
   isAsking = true;
   for (;;) {
-    const wish = [plate.found?.camera, plate.figure, plate.shapes, plate.light];
+    const wish = [plate.found?.camera, plate.figure, plate.shapes, plate.light, plate.measured];
     if (wish.every((one, index) => one === asked[index])) break;
     asked = wish;
     try {

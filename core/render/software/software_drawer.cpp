@@ -132,7 +132,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.film_frame = -1;
     const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
-    if (work.backdrop != nullptr && work.backdrop->panorama == nullptr && is_shaded) take_picture_of_backdrop(work);
+    if (work.backdrop != nullptr && !work.backdrop->is_sampled() && is_shaded) take_picture_of_backdrop(work);
     if (view.spec->backdrop) {
         work.scene.light_gain = glm::vec3(view.spec->backdrop->plate_gain);
         work.scene.has_contact_shadows = view.spec->backdrop->shadow != world::BackdropShadow::none;

@@ -6,6 +6,7 @@
 #include "core/render/software/matched_actors.h"
 #include "core/render/software/mixed_pixels.h"
 #include "core/render/software/panorama_rows.h"
+#include "core/render/software/projected_rows.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/taken_picture.h"
 
@@ -23,8 +24,9 @@ void fill_light(const LightRows& rows, const PixelRect& rect, const glm::vec3& l
     fill(rows.blue, rect, light.b);
 }
 
-bool has_panorama(const ViewWork& work) {
-    return work.backdrop != nullptr && work.backdrop->panorama != nullptr;
+/// Whether the view's backdrop has no picture of the view's own pixels.
+bool is_sampled(const ViewWork& work) {
+    return work.backdrop != nullptr && work.backdrop->is_sampled();
 }
 
 constexpr std::uint32_t alpha_bits = 0xFFu << 24;
@@ -53,7 +55,9 @@ void show_picture_below(const world::Image& picture, Rows<std::uint32_t> layer, 
 /// has_movers: as of shade_visible.
 void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork& work, const PixelRect& band,
                  bool has_movers) {
-    if (triangles.count == 0 || work.rects.empty()) return;
+    // What nothing is in front of shows the picture, too.
+    const bool lays_picture = &triangles == &scratch.statics && is_sampled(work) && work.backdrop->projected;
+    if ((triangles.count == 0 && !lays_picture) || work.rects.empty()) return;
     const PixelRect hull = common(hull_of(work.rects), band);
     if (hull.height() <= 0) return;
     // What is in the range lies in the rectangles: once for all of them.
@@ -62,6 +66,8 @@ void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork&
         copy(scratch.numbers.rows(), work.layer->shadowed->numbers.rows(), band);
     for (const PixelRect& rect : work.rects) {
         describe_visible(scratch, common(rect, band), work);
+        if (lays_picture)
+            draw_projected(work, scratch.geometry, scratch.proxies, common(rect, band), scratch.numbers.rows());
         // What movers keep from a layer is found anew in each picture (draw_shadows_of_movers).
         catch_shadows(scratch.geometry, scratch.proxies, !work.shadows.empty() && work.layer == nullptr,
                       common(rect, band), work.canvas, scratch.numbers.rows());
@@ -145,8 +151,9 @@ void draw_background(ViewWork& work, const PixelRect& rect) {
     const Canvas& canvas = work.canvas;
     const world::Environment& environment = work.scene.scene->environment();
     const glm::vec3 background = environment.background * environment.exposure;
-    if (has_panorama(work) && canvas.color.data != nullptr) {
-        draw_panorama(work, rect);
+    if (is_sampled(work) && canvas.color.data != nullptr) {
+        // A projected picture waits for the surfaces that carry it.
+        if (work.backdrop->panorama != nullptr) draw_panorama(work, rect);
     } else if (work.backdrop != nullptr && canvas.color.data != nullptr) {
         for (int y = rect.y0; y < rect.y1; ++y)
             std::memcpy(canvas.color(y) + rect.x0, row_of(*work.picture, y) + 4 * rect.x0,
@@ -160,7 +167,7 @@ void draw_background(ViewWork& work, const PixelRect& rect) {
     }
     fill(canvas.depth, rect, 0.0f);
     // A plate shows what it shows, also where the lens sees nothing.
-    cover_blind(work.scene, work.backdrop != nullptr && !has_panorama(work) ? Canvas{{}, canvas.depth, {}} : canvas,
+    cover_blind(work.scene, work.backdrop != nullptr && !is_sampled(work) ? Canvas{{}, canvas.depth, {}} : canvas,
                 rect);
 }
 

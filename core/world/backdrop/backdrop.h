@@ -7,7 +7,9 @@
 
 #include "core/base/pixel_rect.h"
 #include "core/base/result.h"
+#include "core/camera/camera_model.h"
 #include "core/world/backdrop/backdrop_spec.h"
+#include "core/world/backdrop/depth_pieces.h"
 #include "core/world/backdrop/film_player.h"
 #include "core/world/backdrop/panorama.h"
 #include "core/world/camera_spec.h"
@@ -21,11 +23,18 @@ struct BackdropFiles {
     std::shared_ptr<const Image> scaled;       ///< to the camera's size, where that was known; null: it was not
     std::shared_ptr<const FilmFile> film;      ///< of a film, else null
     std::shared_ptr<const Panorama> panorama;  ///< of a panorama, else null
-    ModelRef proxies;                          ///< null: none
+    /// Of a projected picture, else null.
+    std::shared_ptr<const PicturePyramid> projected;
+    ModelRef proxies;                               ///< null: none
+    std::vector<std::vector<glm::dvec2>> walkable;  ///< of the same file
     /// Of each of the cut-outs, in the picture's pixels; empty: it has no mask.
     std::vector<std::vector<PixelRect>> masks;
+    std::vector<DepthPiece> depth;  ///< of the depth image; empty: none
 
-    ImageSize size() const { return film != nullptr ? film->index.size : picture.size; }
+    ImageSize size() const {
+        if (projected != nullptr) return projected->levels.front().size;
+        return film != nullptr ? film->index.size : picture.size;
+    }
 };
 
 /// Reads the files that a patch of a camera names for its backdrop, and scales a plate to the size that the patch says;
@@ -34,16 +43,28 @@ struct BackdropFiles {
 /// ("backdrop.file: ...").
 Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& folder);
 
-/// The backdrop of a camera with this size, optics and pose. Immutable.
+/// A picture that the proxies carry, and the camera that took it.
+struct ProjectedPicture {
+    std::shared_ptr<const PicturePyramid> picture;
+    camera::CameraModel camera;
+    camera::Pose pose;
+};
+
+/// The backdrop of a camera with this size, optics and pose; a projected one is the same wherever the camera is.
+/// Immutable.
 struct Backdrop {
     std::shared_ptr<FilmPlayer> film;               ///< null: it is no film
     std::shared_ptr<const Panorama> panorama;       ///< null: it is none
     double yaw_rad = 0.0;                           ///< of the panorama
+    std::optional<ProjectedPicture> projected;      ///< nullopt: it is none
     std::vector<Instance> proxies;                  ///< without those of the scene; their id and class number are 0
     std::vector<IgnoredRegion> ignore;              ///< in the camera's pixels
     std::vector<std::vector<glm::dvec2>> walkable;  ///< polygons in the world; empty: anywhere
 
-    /// That of the camera's size, opaque: of a plate, or the film's of that shot; not of a panorama. Takes its time:
+    /// Whether each pixel of a view looks its colour up, so that there is no picture() to copy.
+    bool is_sampled() const { return panorama != nullptr || projected; }
+
+    /// That of the camera's size, opaque: of a plate, or the film's of that shot; of no other kind. Takes its time:
     /// where it was not scaled yet the first who asks does so, and a film is waited for. Any thread but those that
     /// nobody may hold up.
     std::shared_ptr<const Image> picture(const FilmShot& shot) const;

@@ -3,6 +3,7 @@
 #include "core/base/error_list.h"
 #include "core/world/backdrop/backdrop.h"
 #include "core/world/backdrop/mask_pieces.h"
+#include "core/world/backdrop/proxy_roles.h"
 #include "core/world/backdrop/scale_picture.h"
 #include "core/world/gltf/image_decode.h"
 #include "core/world/gltf/resources.h"
@@ -12,6 +13,8 @@
 namespace camrig::world {
 namespace {
 
+/// Sides of what is seen through a lens are bent: pieces of a depth image are so small that it does not show.
+constexpr int most_depth_piece_px = 16;
 constexpr std::size_t max_picture_bytes = std::size_t{256} << 20;
 
 Result<std::filesystem::path> file_of(const std::string& file, const std::filesystem::path& folder) {
@@ -63,6 +66,21 @@ Result<Image> read_picture(const std::filesystem::path& file) {
     }
 }
 
+Result<DepthImage> read_depth(const std::filesystem::path& file) {
+    try {
+        gltf::Budget budget;
+        auto depth = gltf::decode_gray16(gltf::read_file(file, max_picture_bytes), "", budget);
+        return DepthImage{depth.size, std::move(depth.values)};
+    } catch (const gltf::Failure& failure) {
+        return at(file.string(), failure.error);
+    }
+}
+
+std::unexpected<Error> another_size(const std::filesystem::path& file, ImageSize size, const BackdropFiles& files) {
+    return error(ErrorKind::invalid_argument,
+                 file.string() + ": is " + size.to_string() + ", and the picture is " + files.size().to_string());
+}
+
 /// Cameras of one place share it: it may take most of a gigabyte.
 Result<std::shared_ptr<const Panorama>> read_panorama(const std::filesystem::path& file) {
     struct Known {
@@ -98,6 +116,10 @@ Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& fold
     if (spec.yaw_deg != 0.0 && !spec.is_panorama())
         return error(ErrorKind::invalid_argument,
                      "backdrop.yaw_deg: is that of a panorama, and the kind is " + std::string(to_string(spec.kind)));
+    if ((spec.taken_from || spec.lens) && !spec.is_projected())
+        return error(ErrorKind::invalid_argument, std::string("backdrop.") + (spec.taken_from ? "taken_from" : "lens") +
+                                                      ": is that of a projected picture, and the kind is " +
+                                                      std::string(to_string(spec.kind)));
     auto files = std::make_shared<BackdropFiles>();
     const auto read = [&](std::string& file, const char* field, const auto& load) -> Result<void> {
         const ErrorList::Pause paths_of_another_file;
@@ -107,28 +129,32 @@ Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& fold
         file = place->string();
         return {};
     };
-    if (auto good = read(spec.file, "backdrop.file",
-                         [&](const std::filesystem::path& file) -> Result<void> {
-                             if (spec.kind == BackdropKind::film) {
-                                 auto film = read_film(file);
-                                 if (!film) return at(file.string(), film.error());
-                                 files->film = std::move(*film);
-                                 return {};
-                             }
-                             if (spec.is_panorama()) {
-                                 auto panorama = read_panorama(file);
-                                 if (!panorama) return std::unexpected(panorama.error());
-                                 files->panorama = std::move(*panorama);
-                                 return {};
-                             }
-                             auto picture = read_picture(file);
-                             if (!picture) return std::unexpected(picture.error());
-                             files->picture = std::move(*picture);
-                             if (patch.size && has_sides_of(files->picture.size, *patch.size))
-                                 files->scaled =
-                                     std::make_shared<const Image>(scaled_picture(files->picture, *patch.size));
-                             return {};
-                         });
+    if (auto good =
+            read(spec.file, "backdrop.file",
+                 [&](const std::filesystem::path& file) -> Result<void> {
+                     if (spec.kind == BackdropKind::film) {
+                         auto film = read_film(file);
+                         if (!film) return at(file.string(), film.error());
+                         files->film = std::move(*film);
+                         return {};
+                     }
+                     if (spec.is_panorama()) {
+                         auto panorama = read_panorama(file);
+                         if (!panorama) return std::unexpected(panorama.error());
+                         files->panorama = std::move(*panorama);
+                         return {};
+                     }
+                     auto picture = read_picture(file);
+                     if (!picture) return std::unexpected(picture.error());
+                     if (spec.is_projected()) {
+                         files->projected = std::make_shared<const PicturePyramid>(make_pyramid(std::move(*picture)));
+                         return {};
+                     }
+                     files->picture = std::move(*picture);
+                     if (patch.size && has_sides_of(files->picture.size, *patch.size))
+                         files->scaled = std::make_shared<const Image>(scaled_picture(files->picture, *patch.size));
+                     return {};
+                 });
         !good)
         return good;
     if (!spec.proxies.file.empty()) {
@@ -136,7 +162,10 @@ Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& fold
             read(spec.proxies.file, "backdrop.proxies.file", [&](const std::filesystem::path& file) -> Result<void> {
                 auto model = load_model(file);
                 if (!model) return std::unexpected(model.error());
-                files->proxies = std::move(*model);
+                auto proxies = proxies_of_model(*model);
+                if (!proxies) return at(file.string(), proxies.error());
+                files->proxies = std::move(proxies->shapes);
+                files->walkable = std::move(proxies->walkable);
                 return {};
             });
         if (!good) return good;
@@ -149,14 +178,25 @@ Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& fold
         auto good = read(cutout.mask, field.c_str(), [&](const std::filesystem::path& file) -> Result<void> {
             auto mask = read_picture(file);
             if (!mask) return std::unexpected(mask.error());
-            if (mask->size != files->size())
-                return error(ErrorKind::invalid_argument, file.string() + ": is " + mask->size.to_string() +
-                                                              ", and the picture is " + files->size().to_string());
+            if (mask->size != files->size()) return another_size(file, mask->size, *files);
             auto pieces = mask_pieces(*mask);
             if (!pieces) return at(file.string(), pieces.error());
             files->masks[i] = std::move(*pieces);
             return {};
         });
+        if (!good) return good;
+    }
+    if (spec.proxies.depth && !spec.is_panorama()) {
+        auto good = read(spec.proxies.depth->file, "backdrop.proxies.depth.file",
+                         [&](const std::filesystem::path& file) -> Result<void> {
+                             auto depth = read_depth(file);
+                             if (!depth) return std::unexpected(depth.error());
+                             if (depth->size != files->size()) return another_size(file, depth->size, *files);
+                             auto pieces = depth_pieces(*depth, most_depth_piece_px);
+                             if (!pieces) return at(file.string(), pieces.error());
+                             files->depth = std::move(*pieces);
+                             return {};
+                         });
         if (!good) return good;
     }
     spec.files = std::move(files);

@@ -4,6 +4,8 @@
 #include "core/camera/pose.h"
 #include "core/world/backdrop/backdrop.h"
 #include "core/world/backdrop/film_player.h"
+#include "core/world/camera_fields.h"
+#include "core/world/camera_json.h"
 #include "core/world/world_fields.h"
 
 namespace camrig::world {
@@ -87,6 +89,14 @@ auto numbers_at(Field field, double low, double high) {
     return entry;
 }
 
+/// An entry that null takes away.
+FieldOf<BackdropSpec> or_null(FieldOf<BackdropSpec> entry) {
+    entry.read = [read = entry.read, name = entry.field.name](JsonReader& reader, Changes<BackdropSpec>& changes) {
+        if (!reader.has_null(name)) read(reader, changes);
+    };
+    return entry;
+}
+
 FieldOf<BackdropSpec> rate_of_film() {
     auto entry = entry_by<&BackdropSpec::fps>(
         {.name = "fps",
@@ -99,9 +109,7 @@ FieldOf<BackdropSpec> rate_of_film() {
         [](JsonReader& reader, std::string_view key, Rate& out) {
             if (const auto rate = camrig::read_rate(reader, key)) out = *rate;
         });
-    entry.read = [read = entry.read](JsonReader& reader, Changes<BackdropSpec>& changes) {
-        if (!reader.has_null("fps")) read(reader, changes);
-    };
+    entry = or_null(std::move(entry));
     entry.write = [](const BackdropSpec& spec) { return spec.fps ? rate_to_json(*spec.fps) : json(nullptr); };
     return entry;
 }
@@ -126,6 +134,39 @@ FieldOf<BackdropSpec> picture_size() {
     return entry;
 }
 
+FieldOf<BackdropSpec> taken_from() {
+    auto entry = or_null(
+        nested_at<&BackdropSpec::taken_from>({.name = "taken_from",
+                                              .type = "object or null",
+                                              .doc = "of a projected picture: the pose of its camera, see pose",
+                                              .fallback = "null",
+                                              .null = "the kind is another one",
+                                              .parts = pose_fields(),
+                                              .shape = "Pose",
+                                              .is_whole = true,
+                                              .schema = R"({"anyOf": [{"$ref": "#/$defs/pose"}, {"type": "null"}]})"},
+                                             read_pose));
+    entry.write = [](const BackdropSpec& spec) {
+        return spec.taken_from ? pose_to_json(*spec.taken_from) : json(nullptr);
+    };
+    return entry;
+}
+
+FieldOf<BackdropSpec> lens_of_picture() {
+    auto entry = or_null(
+        nested_at<&BackdropSpec::lens>({.name = "lens",
+                                        .type = "object or null",
+                                        .doc = "of a projected picture: that of the camera that took it, see lens",
+                                        .fallback = "null",
+                                        .null = "the camera's own",
+                                        .parts = lens_model_fields(),
+                                        .shape = "PictureLens",
+                                        .is_whole = true},
+                                       read_lens_model));
+    entry.write = [](const BackdropSpec& spec) { return spec.lens ? lens_to_json(*spec.lens) : json(nullptr); };
+    return entry;
+}
+
 template <typename T>
 auto ground_height() {
     return field_at<&T::z>({.name = "z", .doc = "height of the ground", .unit = "m", .range = {-most_m, most_m}});
@@ -134,8 +175,10 @@ auto ground_height() {
 }  // namespace
 
 std::span<const Named<BackdropKind>> names_of(std::type_identity<BackdropKind>) {
-    static constexpr Named<BackdropKind> names[] = {
-        {BackdropKind::plate, "plate"}, {BackdropKind::film, "film"}, {BackdropKind::panorama, "panorama"}};
+    static constexpr Named<BackdropKind> names[] = {{BackdropKind::plate, "plate"},
+                                                    {BackdropKind::film, "film"},
+                                                    {BackdropKind::panorama, "panorama"},
+                                                    {BackdropKind::projected, "projected"}};
     return names;
 }
 
@@ -195,11 +238,29 @@ FieldTable<CutoutProxy> fields_of(std::type_identity<CutoutProxy>) {
     return table;
 }
 
+std::span<const Named<DepthMeasure>> names_of(std::type_identity<DepthMeasure>) {
+    static constexpr Named<DepthMeasure> names[] = {{DepthMeasure::z, "z"}, {DepthMeasure::range, "range"}};
+    return names;
+}
+
+FieldTable<DepthProxy> fields_of(std::type_identity<DepthProxy>) {
+    static const std::vector<FieldOf<DepthProxy>> table{
+        field_at<&DepthProxy::file>({.name = "file",
+                                     .doc = "PNG of 16-bit gray of the picture's size, beside it; 0 where nothing is "
+                                            "known or there",
+                                     .required = true}),
+        field_at<&DepthProxy::unit_m>({.name = "unit_m", .doc = "of its numbers", .unit = "m", .range = {1e-6, 1e3}}),
+        field_at<&DepthProxy::measure>(
+            {.name = "measure", .doc = "what they tell. z: along the camera's axis; range: from its eye"})};
+    return table;
+}
+
 FieldTable<ProxiesSpec> fields_of(std::type_identity<ProxiesSpec>) {
     static const std::vector<FieldOf<ProxiesSpec>> table{
         field_at<&ProxiesSpec::file>(
             {.name = "file",
-             .doc = ".glb or .gltf, placed in the world as it is; beside `file` of the picture. Empty: none"}),
+             .doc = ".glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by "
+                    "extras.camrig_proxy what they are: ground, obstacle, wall or walkable. Empty: none"}),
         field_at<&ProxiesSpec::ground>({.name = "ground",
                                         .doc = "a piece of level ground, by one of the polygons",
                                         .null = "none",
@@ -210,6 +271,11 @@ FieldTable<ProxiesSpec> fields_of(std::type_identity<ProxiesSpec>) {
                                            .doc = "parts of the picture that stand upright where their foot is, and "
                                                   "face the camera: trees, poles, fences",
                                            .shape = "CutoutProxy"}),
+        field_at<&ProxiesSpec::depth>({.name = "depth",
+                                       .doc = "how far away each pixel of the picture is",
+                                       .null = "not known",
+                                       .shape = "DepthProxy",
+                                       .is_whole = true}),
         structs_at<&ProxiesSpec::walkable>(
             {.name = "walkable",
              .doc =
@@ -234,15 +300,18 @@ FieldTable<IgnoredRegion> fields_of(std::type_identity<IgnoredRegion>) {
 
 FieldTable<BackdropSpec> fields_of(std::type_identity<BackdropSpec>) {
     static const std::vector<FieldOf<BackdropSpec>> table{
-        field_at<&BackdropSpec::kind>({.name = "kind",
-                                       .doc = "plate: one picture of a camera that stands still; film: a film of "
-                                              "one, which is shown in step with world time, over and over; panorama: "
-                                              "equirectangular, what is all around a camera that may turn and zoom"}),
+        field_at<&BackdropSpec::kind>(
+            {.name = "kind",
+             .doc = "plate: one picture of a camera that stands still; film: a film of "
+                    "one, which is shown in step with world time, over and over; panorama: "
+                    "equirectangular, what is all around a camera that may turn and zoom; projected: one "
+                    "picture, laid on the proxies from where it was taken, for a camera "
+                    "that moves a little"}),
         field_at<&BackdropSpec::file>(
             {.name = "file",
              .doc = "PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size "
-                    "or of one with the same sides, a panorama of any size twice as wide as high; relative to the "
-                    "scene file, in its folder or below, or, of "
+                    "or of one with the same sides, a panorama of any size twice as wide as high, a projected "
+                    "picture of any size; relative to the scene file, in its folder or below, or, of "
                     "commands, an absolute path",
              .required = true}),
         picture_size(),
@@ -254,11 +323,14 @@ FieldTable<BackdropSpec> fields_of(std::type_identity<BackdropSpec>) {
                                           .range = {-360, 360}}),
         field_at<&BackdropSpec::intrinsics>({.name = "intrinsics",
                                              .doc = "of the picture's own pixels, see intrinsics; they take the place "
-                                                    "of the camera's, whatever its size",
+                                                    "of the camera's, whatever its size (of a projected picture "
+                                                    "they are needed, and the camera has its own)",
                                              .unit = "px",
                                              .null = "the camera's are those of its size",
                                              .shape = "Intrinsics",
                                              .is_whole = true}),
+        taken_from(),
+        lens_of_picture(),
         field_at<&BackdropSpec::proxies>({.name = "proxies",
                                           .doc = "shapes of what the picture shows: they hide what goes behind them",
                                           .shape = "Proxies",

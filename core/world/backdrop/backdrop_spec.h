@@ -12,6 +12,8 @@
 #include "core/base/named.h"
 #include "core/base/rate.h"
 #include "core/camera/intrinsics.h"
+#include "core/camera/lens.h"
+#include "core/camera/pose.h"
 
 /// What a user says of a picture of a real place that people walk in (docs/backdrops.md). Pixels are those of the
 /// picture as its file has it, centres at integers; metres are the world's.
@@ -20,8 +22,9 @@ namespace camrig::world {
 struct BackdropFiles;
 
 /// plate: one picture of a camera that stands still. film: one after the other, of the same. panorama: what is all
-/// around a camera that may turn and zoom.
-enum class BackdropKind : std::uint8_t { plate, film, panorama };
+/// around a camera that may turn and zoom. projected: one picture, which the proxies carry, of a camera that moves a
+/// little about where it was taken.
+enum class BackdropKind : std::uint8_t { plate, film, panorama, projected };
 std::span<const Named<BackdropKind>> names_of(std::type_identity<BackdropKind>);
 
 /// What objects of the scene that stand still are to the picture. drawn: they stand in the place and are drawn into
@@ -57,18 +60,33 @@ struct CutoutProxy {
 };
 FieldTable<CutoutProxy> fields_of(std::type_identity<CutoutProxy>);
 
+/// What the numbers of a depth image are: metres along the camera's axis, or to its eye.
+enum class DepthMeasure : std::uint8_t { z, range };
+std::span<const Named<DepthMeasure>> names_of(std::type_identity<DepthMeasure>);
+
+/// How far away each pixel of the picture is, as stereo, a laser scanner or a network tells.
+struct DepthProxy {
+    std::string file;       ///< a PNG of 16-bit gray, of the picture's size; 0: nothing there
+    double unit_m = 0.001;  ///< of its numbers
+    DepthMeasure measure = DepthMeasure::z;
+    friend bool operator==(const DepthProxy&, const DepthProxy&) = default;
+};
+FieldTable<DepthProxy> fields_of(std::type_identity<DepthProxy>);
+
 /// The shapes of what the picture shows: they hide what goes behind them, and shadows fall on them.
 struct ProxiesSpec {
     std::string file;  ///< glTF, in the world's place; empty: none
     std::optional<GroundProxy> ground;
     std::vector<BoxProxy> boxes;
     std::vector<CutoutProxy> cutouts;
+    std::optional<DepthProxy> depth;
     std::vector<GroundProxy> walkable;  ///< where people may go; no shapes. Empty: anywhere
     SceneInBackdrop scene = SceneInBackdrop::drawn;
     friend bool operator==(const ProxiesSpec&, const ProxiesSpec&) = default;
 
     bool is_empty() const {
-        return file.empty() && !ground && boxes.empty() && cutouts.empty() && scene != SceneInBackdrop::proxies;
+        return file.empty() && !ground && boxes.empty() && cutouts.empty() && !depth &&
+               scene != SceneInBackdrop::proxies;
     }
 };
 FieldTable<ProxiesSpec> fields_of(std::type_identity<ProxiesSpec>);
@@ -95,12 +113,17 @@ FieldTable<IgnoredRegion> fields_of(std::type_identity<IgnoredRegion>);
 
 struct BackdropSpec {
     bool is_panorama() const { return kind == BackdropKind::panorama; }
+    bool is_projected() const { return kind == BackdropKind::projected; }
+    /// The picture is true from one place, in one direction and at one zoom only.
+    bool stands_still() const { return !is_panorama() && !is_projected(); }
 
     BackdropKind kind = BackdropKind::plate;
     std::string file;
     std::optional<Rate> fps;                       ///< of a film; nullopt: what the file says
     double yaw_deg = 0.0;                          ///< of a panorama: which way its middle looks
     std::optional<camera::Intrinsics> intrinsics;  ///< of the picture's own pixels; nullopt: the camera's
+    std::optional<camera::Pose> taken_from;        ///< of a projected picture
+    std::optional<camera::Lens> lens;              ///< of a projected picture; nullopt: the camera's
     ProxiesSpec proxies;
     BackdropShadow shadow = BackdropShadow::mapped;
     glm::dvec3 plate_gain{1.0};       ///< factor on the light of what is drawn, per channel

@@ -1,5 +1,8 @@
 #include "core/world/gltf/image_decode.h"
 
+#include <algorithm>
+#include <array>
+#include <bit>
 #include <memory>
 #include <string>
 #include <utility>
@@ -29,18 +32,32 @@ T must(Result<T> made, std::string_view place) {
     if constexpr (!std::is_void_v<T>) return std::move(*made);
 }
 
-Image decode_png(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
+/// Whose size has been checked.
+PngReader open_png(std::span<const std::byte> bytes, std::string_view place) {
     PngReader png = must(PngReader::open(bytes), place);
-    const std::uint64_t width = png.width(), height = png.height();
-    check_size(width, height, place);
-    require(png.row_bytes() * height <= max_deflate_ratio * bytes.size() + ratio_slack_bytes, place,
+    check_size(png.width(), png.height(), place);
+    require(png.row_bytes() * png.height() <= max_deflate_ratio * bytes.size() + ratio_slack_bytes, place,
             "PNG: the data ends too early");
+    return png;
+}
+ImageSize size_of(const PngReader& png) {
+    return {static_cast<int>(png.width()), static_cast<int>(png.height())};
+}
+
+Image decode_png(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
+    PngReader png = open_png(bytes, place);
     Image image;
-    image.size = {static_cast<int>(width), static_cast<int>(height)};
-    budget.take(width * height * 4, place);
-    image.rgba.resize(width * height * 4);
+    image.size = size_of(png);
+    const auto size = static_cast<std::uint64_t>(image.size.pixels()) * 4;
+    budget.take(size, place);
+    image.rgba.resize(size);
     must(png.read_rgba(image.rgba.data()), place);
     return image;
+}
+
+bool is_png(std::span<const std::byte> bytes) {
+    constexpr std::array<std::byte, 4> begin{std::byte{0x89}, std::byte{'P'}, std::byte{'N'}, std::byte{'G'}};
+    return bytes.size() >= begin.size() && std::ranges::equal(bytes.first(begin.size()), begin);
 }
 
 Image decode_jpeg(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
@@ -67,10 +84,25 @@ Image decode_jpeg(std::span<const std::byte> bytes, std::string_view place, Budg
 }  // namespace
 
 Image decode_image(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
+    if (is_png(bytes)) return decode_png(bytes, place, budget);
     const auto at = [&](std::size_t i) { return i < bytes.size() ? std::to_integer<int>(bytes[i]) : -1; };
-    if (at(0) == 0x89 && at(1) == 'P' && at(2) == 'N' && at(3) == 'G') return decode_png(bytes, place, budget);
     if (at(0) == 0xFF && at(1) == 0xD8 && at(2) == 0xFF) return decode_jpeg(bytes, place, budget);
     fail(place, "is neither a PNG nor a JPEG picture", ErrorKind::unsupported);
+}
+
+Gray16 decode_gray16(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
+    if (!is_png(bytes)) fail(place, "is no PNG", ErrorKind::unsupported);
+    PngReader png = open_png(bytes, place);
+    require(png.is_gray() && png.bit_depth() == 16, place, "has to be gray, of 16 bits");
+    Gray16 image;
+    image.size = size_of(png);
+    const auto count = static_cast<std::uint64_t>(image.size.pixels());
+    budget.take(count * 2, place);
+    image.values.resize(count);
+    must(png.read_stored(reinterpret_cast<std::uint8_t*>(image.values.data())), place);
+    if constexpr (std::endian::native == std::endian::little)
+        for (std::uint16_t& value : image.values) value = std::byteswap(value);
+    return image;
 }
 
 }  // namespace camrig::world::gltf

@@ -13,4 +13,13 @@ namespace camrig::world::gltf {
 /// are refused before memory is taken. Throws Failure.
 Image decode_image(std::span<const std::byte> bytes, std::string_view place, Budget& budget);
 
+/// A picture of one channel of 16 bits.
+struct Gray16 {
+    ImageSize size;
+    std::vector<std::uint16_t> values;
+};
+
+/// Decodes a PNG of 16-bit gray; others are refused. The same bounds. Throws Failure.
+Gray16 decode_gray16(std::span<const std::byte> bytes, std::string_view place, Budget& budget);
+
 }  // namespace camrig::world::gltf

@@ -76,9 +76,14 @@ Node read_node(const Document& document, std::size_t index, const Model& model, 
     const json::json_pointer light_pointer("/extensions/KHR_lights_punctual/light");
     if (source.contains(light_pointer))
         node.light = checked_index(source[light_pointer].get<std::int64_t>(), lights, place + ".light", "light");
-    const json::json_pointer keypoint_pointer("/extras/keypoint");
-    if (source.contains(keypoint_pointer) && source[keypoint_pointer].is_string())
-        node.keypoint = source[keypoint_pointer].get_ref<const std::string&>().substr(0, max_name_bytes);
+    const auto extra = [&](const char* pointer) {
+        const json::json_pointer at(pointer);
+        return source.contains(at) && source[at].is_string()
+                   ? source[at].get_ref<const std::string&>().substr(0, max_name_bytes)
+                   : std::string();
+    };
+    node.keypoint = extra("/extras/keypoint");
+    node.proxy = extra("/extras/camrig_proxy");
     if (node.mesh < 0) return node;
 
     const Mesh& mesh = model.meshes[static_cast<std::size_t>(node.mesh)];

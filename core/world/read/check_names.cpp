@@ -5,6 +5,7 @@
 
 #include "core/base/error_list.h"
 #include "core/world/daylit.h"
+#include "core/world/read/check_walkable.h"
 #include "core/world/scene_names.h"
 
 namespace camrig::world {
@@ -68,6 +69,18 @@ const Model* model_of(const KnownNames& names, const std::string& actor) {
     return found == names.scene.models.end() ? nullptr : found->second.model.get();
 }
 
+Result<void> check_place(const KnownNames& names, const glm::dvec3& place, const std::string& path) {
+    const auto why = why_unwalkable(names.scene, place);
+    return why ? refuse(ErrorKind::invalid_argument, path, *why) : Result<void>();
+}
+
+/// Whether it puts its actor somewhere itself, at once.
+bool begins_elsewhere(const BehaviourSpec& behaviour) {
+    if (const auto* const sequence = std::get_if<SequenceBehaviour>(&behaviour))
+        return !sequence->steps.empty() && begins_elsewhere(sequence->steps.front().behaviour);
+    return places_actor(behaviour);
+}
+
 /// The kinds of behaviour, each with the names it uses.
 struct BehaviourCheck {
     const Model& model;
@@ -93,7 +106,9 @@ struct BehaviourCheck {
 
     Result<void> operator()(const StandBehaviour& stand) const { return clip("clip", stand.clip); }
     Result<void> operator()(const SteeredBehaviour& steered) const { return clip("clip", steered.clip); }
-    Result<void> operator()(const GoToBehaviour& go) const { return walk(go.walk); }
+    Result<void> operator()(const GoToBehaviour& go) const {
+        return first_error({walk(go.walk), check_place(names, go.position, key_of(path, "position"))});
+    }
     Result<void> operator()(const WanderBehaviour& wander) const { return walk(wander.walk); }
     Result<void> operator()(const GroupBehaviour& group) const { return walk(group.walk); }
     Result<void> operator()(const LookAtBehaviour& look) const {
@@ -251,8 +266,12 @@ Result<void> check_actor(const ActorSpec& actor, const KnownNames& names, const 
         if (actor.attach->actor != actor.name) return {};
         return refuse(ErrorKind::invalid_argument, key_of(path, "attach.actor"), "an actor hangs on another");
     };
-    return first_error(
-        {attachment(), check_behaviour(actor.behaviour, *model->second.model, names, key_of(path, "behaviour"))});
+    const auto place = [&]() -> Result<void> {
+        if (actor.object_class != person_class || actor.attach || begins_elsewhere(actor.behaviour)) return {};
+        return check_place(names, actor.position, key_of(path, "position"));
+    };
+    return first_error({attachment(), place(),
+                        check_behaviour(actor.behaviour, *model->second.model, names, key_of(path, "behaviour"))});
 }
 
 Result<void> check_event(const EventSpec& event, const KnownNames& names, const std::string& path) {

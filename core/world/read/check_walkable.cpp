@@ -61,6 +61,11 @@ bool is_way_walkable(const std::vector<Polygon>& ground, const glm::dvec2& a, co
     return true;
 }
 
+/// Where the file says what is walkable.
+std::string said_at(std::size_t camera) {
+    return item_path("cameras", camera) + ".backdrop.proxies.walkable";
+}
+
 }  // namespace
 
 std::optional<Error> find_unwalkable(const Scene& scene) {
@@ -74,7 +79,7 @@ std::optional<Error> find_unwalkable(const Scene& scene) {
             ground.push_back(polygon);
         }
     }
-    const std::string said = item_path("cameras", first_camera) + ".backdrop.proxies.walkable";
+    const std::string said = said_at(first_camera);
     if (corners > max_walkable_corners)
         return Error{ErrorKind::resource_exhausted,
                      said + ": more than " + std::to_string(max_walkable_corners) + " corners in all cameras"};
@@ -96,6 +101,19 @@ std::optional<Error> find_unwalkable(const Scene& scene) {
     for (const auto& [name, area] : scene.areas)
         if (auto wrong = check("areas." + name + ".points", area.points, true)) return wrong;
     return std::nullopt;
+}
+
+std::optional<std::string> why_unwalkable(const Scene& scene, const glm::dvec3& place) {
+    // Programs that steer ask with each step: nothing is copied.
+    std::size_t said_by = scene.cameras.size();
+    for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+        const auto& backdrop = scene.cameras[i].backdrop_here;
+        if (backdrop == nullptr || backdrop->walkable.empty()) continue;
+        if (is_walkable(backdrop->walkable, glm::dvec2(place))) return std::nullopt;
+        said_by = std::min(said_by, i);
+    }
+    if (said_by == scene.cameras.size()) return std::nullopt;
+    return "is outside of what is walkable (" + said_at(said_by) + "); give a place on it, or add ground there";
 }
 
 }  // namespace camrig::world

@@ -63,5 +63,36 @@ TEST(CameraFile, FspysCameraLooksAlongMinusZ) {
     EXPECT_FALSE(parse_fspy("{}"));
 }
 
+TEST(CameraFile, IsToldByWhatIsInIt) {
+    const std::string ros =
+        "image_width: 800\nimage_height: 600\ncamera_name: gate\ncamera_matrix: {rows: 3, cols: 3, data: [500, 0, "
+        "399.5, "
+        "0, 510, 299.5, 0, 0, 1]}\ndistortion_model: plumb_bob\ndistortion_coefficients: {rows: 1, cols: 5, data: "
+        "[-0.1, "
+        "0, 0, 0, 0]}\n";
+    const std::string cameras = "1 PINHOLE 800 600 500 510 400 300\n", images = "1 1 0 0 0 0 0 0 1 a.jpg\n\n";
+    const std::string fspy =
+        R"({"principalPoint": {"x": 0, "y": 0}, "imageWidth": 800, "imageHeight": 600, "horizontalFieldOfView": 1,
+            "cameraTransform": {"rows": [[1,0,0,1],[0,0,-1,-5],[0,1,0,2],[0,0,0,1]]}})";
+    const auto yaml = parse_camera_files({{"gate.yaml", ros}}, "", std::nullopt);
+    ASSERT_TRUE(yaml) << yaml.error().message;
+    EXPECT_EQ(yaml->intrinsics, (camera::Intrinsics{500, 510, 399.5, 299.5}));
+    EXPECT_FALSE(yaml->pose);
+    const auto colmap = parse_camera_files({{"cameras.txt", cameras}, {"images.txt", images}}, "", ImageSize{800, 600});
+    ASSERT_TRUE(colmap) << colmap.error().message;
+    EXPECT_EQ(colmap->intrinsics, (camera::Intrinsics{500, 510, 399.5, 299.5}));
+    EXPECT_TRUE(colmap->pose);
+    ASSERT_TRUE(parse_camera_files({{"a.json", fspy}}, "", std::nullopt));
+    const auto wrong = [](const std::map<std::string, std::string>& texts, std::optional<ImageSize> size = {}) {
+        return parse_camera_files(texts, "", size).error().message;
+    };
+    EXPECT_THAT(wrong({{"a.json", fspy}}, ImageSize{600, 800}),
+                HasSubstr("a.json: is of a photo of 800x600, and this one is 600x800"));
+    EXPECT_THAT(wrong({{"images.txt", images}}), HasSubstr("images.txt: belongs to a cameras.txt"));
+    EXPECT_THAT(wrong({{"a.json", fspy}, {"b.json", fspy}}), HasSubstr("b.json: one file too many"));
+    EXPECT_THAT(wrong({{"notes.txt", "hello"}}), HasSubstr("notes.txt: "));
+    EXPECT_THAT(wrong({}), HasSubstr("no file is given"));
+}
+
 }  // namespace
 }  // namespace camrig::photo

@@ -37,6 +37,8 @@ Result<CameraSpec> camera(const std::string& backdrop, const std::string& more =
     if (auto done = reader.finish(); !done) return std::unexpected(done.error());
     auto files = std::make_shared<BackdropFiles>();
     files->picture = gray({800, 600});
+    if (patch.backdrop && *patch.backdrop && (*patch.backdrop)->is_projected())
+        files->projected = std::make_shared<const PicturePyramid>(make_pyramid(std::move(files->picture)));
     if (patch.backdrop && *patch.backdrop) (*patch.backdrop)->files = files;
     CameraSpec base;
     base.name = "gate";
@@ -44,6 +46,13 @@ Result<CameraSpec> camera(const std::string& backdrop, const std::string& more =
 }
 std::string proxies(const std::string& inside) {
     return R"({"file": "gate.png", "proxies": {)" + inside + "}}";
+}
+
+const std::string taken_from =
+    R"("taken_from": {"position": [1, 2, 3], "pan_deg": 20, "tilt_deg": -12}, "intrinsics": {"fx": 640, "fy": 640,
+       "cx": 399.5, "cy": 299.5},)";
+std::string projected(const std::string& keys, const std::string& inside) {
+    return R"({"kind": "projected", "file": "gate.png", )" + keys + R"("proxies": {)" + inside + "}}";
 }
 
 std::vector<glm::dvec3> places_of(const CameraSpec& spec) {
@@ -140,6 +149,18 @@ TEST(Backdrop, WhatIsWrongIsToldWithItsPlace) {
         {proxies(ground), R"(, "sensor": {})", "sensor: the picture of a backdrop went through a sensor already"},
         {proxies(ground), R"(, "antialias": "ssaa2")", "antialias: with a backdrop it is auto"},
         {proxies(ground), R"(, "lens": {"model": "pinhole", "method": "cube"})", "lens.method: "},
+        {projected("", ground), "", "backdrop.taken_from: is missing"},
+        {projected(R"("taken_from": {"position": [1, 2, 3]},)", ground), "", "backdrop.intrinsics: is missing"},
+        {projected(taken_from + R"("ignore": [{"polygon_px": [[1, 1], [9, 1], [9, 9]]}],)", ground), "",
+         "backdrop.ignore[0]: where it shows changes with the camera's pose"},
+        {projected(taken_from + R"("lens": {"model": "plumb_bob"},)", ground), "", "backdrop.lens.coefficients: "},
+        {projected(taken_from, R"("ground": {"polygon_px": [[100, 560], [700, 580], [520, 100]]})"), "",
+         "backdrop.proxies.ground.polygon_px[2]: is over the horizon"},
+        {projected(taken_from, ground), R"(, "antialias": "coverage")",
+         "antialias: a projected picture is drawn without"},
+        {projected(taken_from, ground), R"(, "sensor": {})", "sensor: "},
+        {proxies(R"("depth": {"file": "d.png", "unit_m": 0})"), "", "backdrop.proxies.depth.unit_m: "},
+        {proxies(R"("depth": {"file": "d.png", "measure": "far"})"), "", "backdrop.proxies.depth.measure: "},
     };
     for (const Case& one : cases) {
         const auto spec = camera(one.backdrop, one.more);
@@ -203,6 +224,48 @@ TEST(Backdrop, ACommandThatChangesNothingOfItMakesItNotAnew) {
     EXPECT_NE(patch_camera_spec(spec, patch)->backdrop_here, spec.backdrop_here);
     patch.backdrop.emplace();
     EXPECT_EQ(patch_camera_spec(spec, patch)->backdrop_here, nullptr);
+}
+
+/// What a picture shows does not move with who looks at it.
+TEST(Backdrop, AProjectedOneIsThatOfThePicturesCameraWhereverTheCameraIs) {
+    const std::string ground = R"("ground": {"polygon_px": [[100, 560], [700, 580], [520, 330]]})";
+    const auto plate = camera(R"({"file": "gate.png", "intrinsics": {"fx": 640, "fy": 640, "cx": 399.5, "cy": 299.5},
+        "proxies": {)" + ground +
+                              "}}")
+                           .value();
+    const auto spec = camera(projected(taken_from, ground), R"(, "zoom": 1.5)");
+    ASSERT_TRUE(spec) << spec.error().message;
+    EXPECT_NE(spec->intrinsics.fx, 640) << "the camera has its own";
+    const auto places = places_of(*spec), of_plate = places_of(plate);
+    ASSERT_EQ(places.size(), of_plate.size());
+    for (std::size_t i = 0; i < places.size(); ++i) EXPECT_LT(glm::length(places[i] - of_plate[i]), 1e-9);
+    CameraPatch patch;
+    patch.pose = spec->pose;
+    patch.pose->position.y += 0.3;
+    patch.size = ImageSize{320, 200};
+    patch.mount = Mount{.actor = "mast", .node = {}};
+    const auto moved = patch_camera_spec(*spec, patch);
+    ASSERT_TRUE(moved) << moved.error().message;
+    EXPECT_EQ(moved->backdrop_here, spec->backdrop_here);
+    nlohmann::json told = camera_to_json(*spec)["backdrop"];
+    const auto again = camera(told.dump());
+    ASSERT_TRUE(again) << again.error().message;
+    nlohmann::json of_again = camera_to_json(*again)["backdrop"];
+    // Angles are worked out of the orientation that was told.
+    for (nlohmann::json* const of : {&told, &of_again}) {
+        nlohmann::json& pose = (*of)["taken_from"];
+        EXPECT_NEAR(pose["pan_deg"].get<double>(), 20, 1e-9);
+        EXPECT_NEAR(pose["tilt_deg"].get<double>(), -12, 1e-9);
+        pose.clear();
+    }
+    EXPECT_EQ(of_again, told);
+    EXPECT_EQ(told["picture_size"], (nlohmann::json{800, 600}));
+    EXPECT_EQ(told["lens"], nullptr);
+    CameraPatch plain;
+    plain.backdrop.emplace(plate.backdrop);
+    (*plain.backdrop)->taken_from = spec->pose;
+    EXPECT_THAT(load_backdrop(plain, "/nowhere").error().message,
+                StartsWith("backdrop.taken_from: is that of a projected picture, and the kind is plate"));
 }
 
 TEST(Backdrop, FilesOfACommandAreAbsoluteAndThoseOfASceneBelowIt) {
@@ -293,6 +356,20 @@ TEST(Backdrop, RoutesStayOnWhatIsWalkable) {
     ASSERT_FALSE(far);
     EXPECT_THAT(far.error().message,
                 StartsWith("backdrop.proxies.walkable[0].polygon_px[2]: is over the horizon of the ground"));
+}
+
+TEST(Backdrop, NobodyIsPutOutsideOfWhatIsWalkable) {
+    Scene scene;
+    EXPECT_FALSE(why_unwalkable(scene, {100, 100, 0})) << "nobody said anything";
+    const std::string ground = R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]]}, "walkable": )";
+    scene.cameras.emplace_back();
+    scene.cameras.push_back(camera(proxies(ground + R"([{"polygon_m": [[0, 0], [10, 0], [10, 4], [0, 4]]}])")).value());
+    EXPECT_FALSE(why_unwalkable(scene, {3, 3, 0}));
+    EXPECT_FALSE(why_unwalkable(scene, {10, 4, 0})) << "on the border";
+    EXPECT_EQ(
+        why_unwalkable(scene, {3, 4.1, 0}),
+        "is outside of what is walkable (cameras[1].backdrop.proxies.walkable); give a place on it, or add ground "
+        "there");
 }
 
 TEST(MaskPieces, CoverWhatIsMarkedOnceInSmallRectangles) {

@@ -130,6 +130,33 @@ TEST(DecodeImage, PngsOfAllDepthsBecomeEightBitRgba) {
     EXPECT_EQ(pixel(deep, 0, 0), (Rgba{1, 254, 0x12, 128}));
 }
 
+TEST(DecodeImage, SixteenBitGrayKeepsItsNumbersAndOthersAreRefused) {
+    const auto gray = [](std::span<const std::byte> bytes) {
+        Budget budget;
+        return decode_gray16(bytes, "depth", budget);
+    };
+    for (const int interlace : {PNG_INTERLACE_NONE, PNG_INTERLACE_ADAM7}) {
+        const Gray16 image =
+            gray(png_of({0x12, 0x34, 0x00, 0xFF, 0xFF, 0x00}, 3, 1, 16, PNG_COLOR_TYPE_GRAY, interlace));
+        EXPECT_EQ(image.size, (ImageSize{3, 1}));
+        EXPECT_EQ(image.values, (std::vector<std::uint16_t>{0x1234, 0x00FF, 0xFF00}));
+    }
+    const auto refused = [&](std::span<const std::byte> bytes) {
+        try {
+            gray(bytes);
+        } catch (const Failure& failure) {
+            return failure.error.message;
+        }
+        return std::string("read");
+    };
+    EXPECT_EQ(refused(png_of({1, 2, 3}, 3, 1, 8, PNG_COLOR_TYPE_GRAY)), "depth: has to be gray, of 16 bits");
+    EXPECT_EQ(refused(png_of({1, 2, 3, 4, 5, 6}, 1, 1, 16, PNG_COLOR_TYPE_RGB)), "depth: has to be gray, of 16 bits");
+    auto cut = png_of(std::vector<std::uint8_t>(2 * 64 * 64, 9), 64, 64, 16, PNG_COLOR_TYPE_GRAY);
+    cut.resize(cut.size() / 2);
+    EXPECT_THAT(refused(cut), testing::StartsWith("depth: PNG: "));
+    EXPECT_EQ(refused(jpeg_of(two_halves(), TJSAMP_444)), "depth: is no PNG");
+}
+
 TEST(DecodeImage, DamagedPicturesAreErrorsWithTheirPlace) {
     const auto jpeg = jpeg_of(two_halves(), TJSAMP_420);
     const auto png = png_of(two_halves(), width, height, 8, PNG_COLOR_TYPE_RGB);

@@ -1,0 +1,84 @@
+#include "core/world/backdrop/proxy_roles.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string>
+
+#include "core/world/posed_model.h"
+
+namespace camrig::world {
+namespace {
+
+constexpr std::array<std::string_view, 3> shape_roles{"ground", "obstacle", "wall"};
+constexpr std::string_view walkable_role = "walkable";
+constexpr std::size_t most_walkable_triangles = 5000;
+
+std::unexpected<Error> wrong(const Node& node, ErrorKind kind, const std::string& what) {
+    return error(kind, "node '" + node.name + "': extras.camrig_proxy: " + what);
+}
+
+/// What each node is, its own word or the nearest above it.
+Result<std::vector<std::string>> roles_of(const Model& model) {
+    std::vector<std::string> roles(model.nodes.size());
+    for (const int number : model.order) {
+        const auto i = static_cast<std::size_t>(number);
+        const Node& node = model.nodes[i];
+        roles[i] = node.proxy.empty() && node.parent >= 0 ? roles[static_cast<std::size_t>(node.parent)] : node.proxy;
+        if (!node.proxy.empty() && node.proxy != walkable_role &&
+            std::ranges::find(shape_roles, node.proxy) == shape_roles.end())
+            return wrong(node, ErrorKind::invalid_argument,
+                         "'" + node.proxy + "' is none of ground, obstacle, wall and walkable");
+    }
+    return roles;
+}
+
+Result<void> add_walkable(const Model& model, const PosedModel& pose, std::size_t node,
+                          std::vector<std::vector<glm::dvec2>>& to) {
+    // A sliver of a walk, of upright faces or of a modeller's rounding.
+    constexpr double least_m2 = 1e-6;
+    for (const Primitive& primitive : model.meshes[static_cast<std::size_t>(model.nodes[node].mesh)].primitives) {
+        if (primitive.topology != Topology::triangles) continue;
+        for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
+            std::vector<glm::dvec2> corners;
+            for (std::size_t k = 0; k < 3; ++k)
+                corners.emplace_back(pose.model_from_node[node] *
+                                     glm::dvec4(primitive.positions[primitive.indices[i + k]], 1.0));
+            const glm::dvec2 a = corners[1] - corners[0], b = corners[2] - corners[0];
+            if (std::abs(a.x * b.y - a.y * b.x) < least_m2) continue;
+            if (to.size() == most_walkable_triangles)
+                return wrong(model.nodes[node], ErrorKind::resource_exhausted,
+                             "more than " + std::to_string(most_walkable_triangles) +
+                                 " walkable triangles; a flat outline is enough");
+            to.push_back(std::move(corners));
+        }
+    }
+    return {};
+}
+
+}  // namespace
+
+Result<ModelProxies> proxies_of_model(const ModelRef& model) {
+    const auto roles = roles_of(*model);
+    if (!roles) return std::unexpected(roles.error());
+    if (std::ranges::all_of(*roles, &std::string::empty)) return ModelProxies{model, {}};
+    ModelProxies made;
+    PosedModel pose;
+    pose_model(*model, {}, pose);
+    Model shapes = *model;
+    bool has_shapes = false;
+    for (const int number : model->order) {
+        const auto i = static_cast<std::size_t>(number);
+        if (shapes.nodes[i].mesh < 0) continue;
+        const bool is_walkable = (*roles)[i] == walkable_role, is_shape = !is_walkable && !(*roles)[i].empty();
+        if (is_walkable)
+            if (auto added = add_walkable(*model, pose, i, made.walkable); !added)
+                return std::unexpected(added.error());
+        has_shapes |= is_shape;
+        if (!is_shape) shapes.nodes[i].mesh = shapes.nodes[i].skin = -1;
+    }
+    if (has_shapes) made.shapes = std::make_shared<const Model>(std::move(shapes));
+    return made;
+}
+
+}  // namespace camrig::world
