@@ -46,7 +46,7 @@ CameraOptions every_option() {
     options.roll_deg = 13;
     options.orientation = {0.1, 0.2, 0.3, 0.9};
     options.mount = Mount{"anna", "head"};
-    options.lens = Lens{"plumb_bob", {-0.25, 0.05, 0.001, -0.002, 0.01}, "cube", "bicubic", 2};
+    options.lens = Lens{"plumb_bob", {-0.25, 0.05, 0.001, -0.002, 0.01}, "cube", "bicubic"};
     options.antialias = "ssaa2";
     options.near = 0.125;
     options.far = 80;

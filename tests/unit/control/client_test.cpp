@@ -36,7 +36,7 @@ client::CameraOptions every_option() {
     options.position = {1, -2, 3.5};
     options.orientation = {0, 0, 0.6, 0.8};
     options.mount = client::Mount{"anna", "head"};
-    options.lens = client::Lens{"plumb_bob", {-0.2, 0.05, 0.001, -0.002, 0.01}, "cube", "bicubic", 2};
+    options.lens = client::Lens{"plumb_bob", {-0.2, 0.05, 0.001, -0.002, 0.01}, "cube", "bicubic"};
     options.antialias = "ssaa2";
     options.near = 0.25;
     options.far = 80.0;
