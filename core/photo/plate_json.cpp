@@ -1,4 +1,3 @@
-#include "core/daylight/sun.h"
 #include "core/photo/plate_json.h"
 
 #include <algorithm>
@@ -7,6 +6,7 @@
 #include <numbers>
 
 #include "core/camera/camera_model.h"
+#include "core/daylight/sun.h"
 
 namespace camrig::photo {
 namespace {

@@ -39,7 +39,7 @@ struct SceneView {
     glm::vec3 light_gain{1.0f};                 ///< factor on all light that falls on something
     bool has_contact_shadows = true;
     bool has_tone_curve = false;  ///< lit surfaces are shown by it (quality beautiful)
-    double lamps_hz = 0.0;  ///< lamps that flicker so are at their peak (light_in_view)
+    double lamps_hz = 0.0;        ///< lamps that flicker so are at their peak (light_in_view)
 
     /// The draw of a surface, if any of it may be seen.
     std::optional<SeenSurface> see(const PlacedSurface& surface, bool is_static) const;
