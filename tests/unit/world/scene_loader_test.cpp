@@ -120,7 +120,8 @@ TEST(LoadScene, AWordIsAShippedSceneFromAnyFolder) {
     EXPECT_EQ((*scene)->name, "minimal");
     EXPECT_EQ((*scene)->file.filename(), "minimal.json");
     EXPECT_EQ(unknown.error().kind, ErrorKind::not_found);
-    EXPECT_THAT(unknown.error().message, HasSubstr("hall, minimal, street, street-evening, street-night, street-noon; else give"));
+    EXPECT_THAT(unknown.error().message,
+                HasSubstr("hall, minimal, street, street-evening, street-night, street-noon; else give"));
 }
 
 TEST(LoadScene, WhatIsNoModelIsSaidToBeNone) {
