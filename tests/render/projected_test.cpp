@@ -175,19 +175,21 @@ TEST(Projected, EachPixelShowsWhatThePictureHasOfItsPoint) {
                 for (int y = 1; y + 1 < camera.size.height; ++y) {
                     for (int x = 1; x + 1 < camera.size.width; ++x) {
                         const auto here = point_of(x, y);
-                        const auto at = here ? of_taker.project(here->first) : std::nullopt;
-                        bool is_plain = at.has_value();
+                        const auto seen = here ? of_taker.project(here->first) : std::nullopt;
+                        if (!seen) continue;
+                        const glm::dvec2 at = *seen;
+                        bool is_plain = true;
                         double step = 0.0;
                         for (const glm::ivec2 next : {glm::ivec2(1, 0), {-1, 0}, {0, 1}, {0, -1}}) {
                             const auto beside = point_of(x + next.x, y + next.y);
                             is_plain = is_plain && beside && beside->second == here->second;
                             const auto there = is_plain ? of_taker.project(beside->first) : std::nullopt;
                             is_plain = is_plain && there;
-                            if (is_plain) step = std::max(step, glm::length(*there - *at));
+                            if (is_plain) step = std::max(step, glm::length(*there - at));
                         }
                         // Where the view is coarser than the picture, more than one pixel is looked up.
                         if (!is_plain || step > 0.98) continue;
-                        const glm::dvec3 light = looked_up(picture, *at);
+                        const glm::dvec3 light = looked_up(picture, at);
                         ++compared;
                         of_box += here->second > 1;
                         of_sky += here->second == 0;
