@@ -199,6 +199,18 @@ struct Sensor {
     }
 };
 
+/// Of a camera: lens.
+struct PictureLens {
+    std::string model = "pinhole";  ///< `pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant
+    std::vector<double> coefficients = {};  ///< as many as the model has; pinhole has none
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("model", self.model);
+        visit("coefficients", self.coefficients);
+    }
+};
+
 /// Of a camera: ground.
 struct GroundProxy {
     std::vector<Vector2> polygon_m = {};  ///< m; its corners in the world
@@ -243,6 +255,20 @@ struct CutoutProxy {
     }
 };
 
+/// Of a camera: depth.
+struct DepthProxy {
+    std::string file = {};  ///< PNG of 16-bit gray of the picture's size, beside it; 0 where nothing is known or there
+    double unit_m = 0.001;  ///< m; 1e-6 to 1000: of its numbers
+    std::string measure = "z";  ///< `z` or `range`: what they tell. z: along the camera's axis; range: from its eye
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("file", self.file);
+        visit("unit_m", self.unit_m);
+        visit("measure", self.measure);
+    }
+};
+
 /// Of a camera: walkable.
 struct WalkableGround {
     std::vector<Vector2> polygon_m = {};  ///< m; its corners in the world
@@ -259,10 +285,11 @@ struct WalkableGround {
 
 /// Of a camera: proxies.
 struct Proxies {
-    std::string file = {};  ///< .glb or .gltf, placed in the world as it is; beside `file` of the picture. Empty: none
+    std::string file = {};  ///< .glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by extras.camrig_proxy what they are: ground, obstacle, wall or walkable. Empty: none
     std::optional<GroundProxy> ground = {};  ///< a piece of level ground, by one of the polygons; null: none
     std::vector<BoxProxy> boxes = {};  ///< at most 200: that stand in the place
     std::vector<CutoutProxy> cutouts = {};  ///< at most 200: parts of the picture that stand upright where their foot is, and face the camera: trees, poles, fences
+    std::optional<DepthProxy> depth = {};  ///< how far away each pixel of the picture is; null: not known
     std::vector<WalkableGround> walkable = {};  ///< at most 200: pieces of level ground where people may go, as ground is given; routes and areas of the scene file that leave those of all cameras are errors. Empty: anywhere
     std::string scene = "drawn";  ///< `drawn`, `proxies` or `hidden`: what the scene's objects that stand still are. drawn: they are drawn into the picture; proxies: the picture shows them already; hidden: they are not in it
 
@@ -272,6 +299,7 @@ struct Proxies {
         visit("ground", self.ground);
         visit("boxes", self.boxes);
         visit("cutouts", self.cutouts);
+        visit("depth", self.depth);
         visit("walkable", self.walkable);
         visit("scene", self.scene);
     }
@@ -303,12 +331,14 @@ struct IgnoredRegion {
 
 /// Of a camera: backdrop.
 struct Backdrop {
-    std::string kind = "plate";  ///< `plate`, `film` or `panorama`: plate: one picture of a camera that stands still; film: a film of one, which is shown in step with world time, over and over; panorama: equirectangular, what is all around a camera that may turn and zoom
-    std::string file = {};  ///< PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size or of one with the same sides, a panorama of any size twice as wide as high; relative to the scene file, in its folder or below, or, of commands, an absolute path
+    std::string kind = "plate";  ///< `plate`, `film`, `panorama` or `projected`: plate: one picture of a camera that stands still; film: a film of one, which is shown in step with world time, over and over; panorama: equirectangular, what is all around a camera that may turn and zoom; projected: one picture, laid on the proxies from where it was taken, for a camera that moves a little
+    std::string file = {};  ///< PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size or of one with the same sides, a panorama of any size twice as wide as high, a projected picture of any size; relative to the scene file, in its folder or below, or, of commands, an absolute path
     Size picture_size = {};  ///< px; of the picture: that of all pixels here; 0 of a panorama
     Rate fps = {};  ///< 1/s; of a film: how many of its pictures are shown in a second, 1/10 to 1000; null: as the film says, here empty
     double yaw_deg = 0;  ///< deg; -360 to 360: of a panorama: which way its middle looks, about z, counter-clockwise from +x
-    std::optional<Intrinsics> intrinsics = {};  ///< px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size; null: the camera's are those of its size
+    std::optional<Intrinsics> intrinsics = {};  ///< px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size (of a projected picture they are needed, and the camera has its own); null: the camera's are those of its size
+    std::optional<Pose> taken_from = {};  ///< of a projected picture: the pose of its camera, see pose; null: the kind is another one
+    std::optional<PictureLens> lens = {};  ///< of a projected picture: that of the camera that took it, see lens; null: the camera's own
     Proxies proxies = {};  ///< shapes of what the picture shows: they hide what goes behind them
     std::string shadow = "mapped";  ///< `none`, `blob` or `mapped`: of what moves, on what the picture shows. none; blob: about feet; mapped: of the scene's lights at quality beautiful, at simple as blob
     Vector3 plate_gain = {};  ///< factors on the light of what is drawn, red, green and blue, so that white is that of the picture
@@ -324,6 +354,8 @@ struct Backdrop {
         visit("fps", self.fps);
         visit("yaw_deg", self.yaw_deg);
         visit("intrinsics", self.intrinsics);
+        visit("taken_from", self.taken_from);
+        visit("lens", self.lens);
         visit("proxies", self.proxies);
         visit("shadow", self.shadow);
         visit("plate_gain", self.plate_gain);

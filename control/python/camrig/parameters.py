@@ -177,6 +177,15 @@ class Sensor(TypedDict, total=False):
     """at least 0: of all that is random"""
 
 
+class PictureLens(TypedDict, total=False):
+    """Of a camera: lens."""
+
+    model: Literal["pinhole", "plumb_bob", "rational_polynomial", "equidistant"]
+    """`pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant"""
+    coefficients: list[float]
+    """as many as the model has; pinhole has none"""
+
+
 class GroundProxy(TypedDict, total=False):
     """Of a camera: ground."""
 
@@ -212,6 +221,17 @@ class CutoutProxy(TypedDict, total=False):
     """m; -1e10 to 1e10: height of the ground"""
 
 
+class DepthProxy(TypedDict, total=False):
+    """Of a camera: depth."""
+
+    file: str
+    """PNG of 16-bit gray of the picture's size, beside it; 0 where nothing is known or there"""
+    unit_m: float
+    """m; 1e-6 to 1000: of its numbers"""
+    measure: Literal["z", "range"]
+    """`z` or `range`: what they tell. z: along the camera's axis; range: from its eye"""
+
+
 class WalkableGround(TypedDict, total=False):
     """Of a camera: walkable."""
 
@@ -227,13 +247,15 @@ class Proxies(TypedDict, total=False):
     """Of a camera: proxies."""
 
     file: str
-    """.glb or .gltf, placed in the world as it is; beside `file` of the picture. Empty: none"""
+    """.glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by extras.camrig_proxy what they are: ground, obstacle, wall or walkable. Empty: none"""
     ground: Union[GroundProxy, None]
     """a piece of level ground, by one of the polygons; null: none"""
     boxes: list[BoxProxy]
     """at most 200: that stand in the place"""
     cutouts: list[CutoutProxy]
     """at most 200: parts of the picture that stand upright where their foot is, and face the camera: trees, poles, fences"""
+    depth: Union[DepthProxy, None]
+    """how far away each pixel of the picture is; null: not known"""
     walkable: list[WalkableGround]
     """at most 200: pieces of level ground where people may go, as ground is given; routes and areas of the scene file that leave those of all cameras are errors. Empty: anywhere"""
     scene: Literal["drawn", "proxies", "hidden"]
@@ -261,10 +283,10 @@ class IgnoredRegion(TypedDict, total=False):
 class Backdrop(TypedDict, total=False):
     """Of a camera: backdrop."""
 
-    kind: Literal["plate", "film", "panorama"]
-    """`plate`, `film` or `panorama`: plate: one picture of a camera that stands still; film: a film of one, which is shown in step with world time, over and over; panorama: equirectangular, what is all around a camera that may turn and zoom"""
+    kind: Literal["plate", "film", "panorama", "projected"]
+    """`plate`, `film`, `panorama` or `projected`: plate: one picture of a camera that stands still; film: a film of one, which is shown in step with world time, over and over; panorama: equirectangular, what is all around a camera that may turn and zoom; projected: one picture, laid on the proxies from where it was taken, for a camera that moves a little"""
     file: str
-    """PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size or of one with the same sides, a panorama of any size twice as wide as high; relative to the scene file, in its folder or below, or, of commands, an absolute path"""
+    """PNG or JPEG, or a film (MP4, Matroska, WebM, AVI, MPEG-TS, MJPEG), upright, of the camera's size or of one with the same sides, a panorama of any size twice as wide as high, a projected picture of any size; relative to the scene file, in its folder or below, or, of commands, an absolute path"""
     picture_size: list[int]
     """px; of the picture: that of all pixels here; 0 of a panorama"""
     fps: Union[Union[int, str], None]
@@ -272,7 +294,11 @@ class Backdrop(TypedDict, total=False):
     yaw_deg: float
     """deg; -360 to 360: of a panorama: which way its middle looks, about z, counter-clockwise from +x"""
     intrinsics: Union[Intrinsics, None]
-    """px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size; null: the camera's are those of its size"""
+    """px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size (of a projected picture they are needed, and the camera has its own); null: the camera's are those of its size"""
+    taken_from: Union[Pose, None]
+    """of a projected picture: the pose of its camera, see pose; null: the kind is another one"""
+    lens: Union[PictureLens, None]
+    """of a projected picture: that of the camera that took it, see lens; null: the camera's own"""
     proxies: Proxies
     """shapes of what the picture shows: they hide what goes behind them"""
     shadow: Literal["none", "blob", "mapped"]
