@@ -52,17 +52,17 @@ def test_the_command_line_acts_too(rig):
 
 
 def test_light_comes_back_out_of_a_beautiful_picture(tmp_path):
-    # A floor of 0.5 under a sky of 100 klx and no sun: light 0.5 where white is 1, and what a rough surface mirrors of the same white sky.
+    # A floor of 0.5 under clouds, so in no sun, where white is what they give.
     file = tmp_path / "floor.json"
     file.write_text(json.dumps({
-        "camrig_scene": 1, "name": "floor", "environment": {"ambient": {"sky": [1, 1, 1], "ground": [1, 1, 1]}},
+        "camrig_scene": 1, "name": "floor", "environment": {"lux": 300 + 21000, "daylight": {"azimuth_deg": 0, "elevation_deg": 90, "overcast": 1, "ground": [1, 1, 1]}},
         "models": {"floor": {"shape": "ground", "size": [40, 40], "color": [0.5, 0.5, 0.5], "roughness": 1, "grid_m": 0}},
         "objects": [{"name": "floor", "model": "floor"}]}))
     with camrig.start(file, mode="lockstep") as rig:
         cam = rig.create_camera("c", size=(64, 64), quality="beautiful", position=(0, 0, 3), look_at=(0.01, 0, 0))
         rig.step(seconds=0.04)
         light = tone.light_of(cam.frame().image[24:40, 24:40])
-    assert np.allclose(light, 0.5 * 0.97 + 0.03, atol=0.01), light.mean()
+    assert np.allclose(light, 0.5 * 0.97 + 0.03, atol=0.015), light.mean()
 
 
 def test_a_scene_may_say_only_what_it_has_otherwise(tmp_path):

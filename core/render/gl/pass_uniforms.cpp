@@ -30,7 +30,7 @@ ViewBlock view_block(const PassView& view) {
     block.depth = glm::vec4(glm::dvec4(t.depth_scale, t.depth_shift, 0.0, 0.0));
     block.up = glm::vec4(ambient.up, 0.0f);
     block.sky = glm::vec4(ambient.sky, ambient.exposure);
-    block.ground = glm::vec4(ambient.ground, 0.0f);
+    block.ground = glm::vec4(ambient.ground, view.scene->environment().daylight ? 1.0f : 0.0f);
     for (int i = 0; i < 3; ++i) block.truth_rows[i] = row(t.truth_from_optical, i);
     return block;
 }

@@ -203,7 +203,7 @@ void main() {
     color += emissive;
 #endif
 #ifdef GGX
-    color = pbr_neutral(color);
+    if (view.ground.w > 0.0) color = pbr_neutral(color);
 #endif
 
 #ifdef BLEND

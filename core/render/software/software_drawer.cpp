@@ -138,8 +138,8 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
         work.scene.has_contact_shadows = view.spec->backdrop->shadow != world::BackdropShadow::none;
     }
     // A sensor has a curve of its own, and a photo had its.
-    work.scene.has_tone_curve =
-        work.scene.quality == world::Quality::beautiful && !view.spec->sensor && !view.spec->backdrop;
+    work.scene.has_tone_curve = work.scene.quality == world::Quality::beautiful && scene_.environment().daylight &&
+                                !view.spec->sensor && !view.spec->backdrop;
     work.rays = lens_of(view)->rays;
     work.exposure = exposure_of(view, *scene_.snapshot()).value();
     work.motion = work.exposure ? motion_of(view, work.exposure->times) : std::nullopt;

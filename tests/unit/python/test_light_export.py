@@ -105,7 +105,7 @@ def test_the_eye_is_that_of_the_camera():
 def test_codes_and_light_are_inverse():
     codes = np.arange(256.0)
     assert np.allclose(export.codes(export.light_of(codes)), codes, atol=1e-3)
-    assert export.codes(np.array([0.5]), exposure=4.0)[0] == pytest.approx(255)
+    assert export.codes(np.array([0.5]), 4.0)[0] == pytest.approx(255)
 
 
 def test_still_scene_keeps_what_stands_and_reads_shipped_models():
@@ -128,4 +128,4 @@ def test_error_is_told_without_the_noise_of_the_reference():
 
 def test_the_level_is_found():
     light = np.random.default_rng(3).uniform(0.1, 0.6, (50, 60, 3))
-    assert compare.best_factor(export.codes(light * 1.3), light, has_tone=False) == pytest.approx(1.3, rel=1e-3)
+    assert compare.best_factor(export.codes(light * 1.3), light) == pytest.approx(1.3, rel=1e-3)

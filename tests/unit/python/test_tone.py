@@ -1,4 +1,4 @@
-"""The tone curve of quality `beautiful` and its inverse."""
+"""The tone curve of quality `beautiful` by daylight, and its inverse."""
 
 import numpy as np
 

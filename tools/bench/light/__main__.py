@@ -12,16 +12,16 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from PIL import Image
 
-from camrig.places import find_binary
 from tools.bench import report
-from tools.bench.light import compare, export
 
 ROOT = report.REPOSITORY
+sys.path.insert(0, str(ROOT / "control" / "python"))
+from camrig.places import find_binary  # noqa: E402
+from tools.bench.light import compare, export  # noqa: E402
 
 PAGE = ROOT / "docs" / "quality.md"
 PICTURES = ROOT / "docs" / "pictures" / "light"
@@ -29,8 +29,6 @@ VIEWS = (("hall", "lobby"), ("street", "corner"))
 LEVELS = ("fast", "simple", "beautiful")
 #: `beautiful` after `camrig bake`.
 BAKED = "`beautiful`, baked"
-#: Drawn by the tone curve.
-TONED = ("beautiful", BAKED)
 #: Share of the pixels whose depth may differ by more than 1 %: edges of triangles and of what is masked.
 DEPTH_SHARE = 0.02
 
@@ -81,26 +79,22 @@ def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple
     if share > DEPTH_SHARE:
         raise RuntimeError(f"{name}, {place}: depth differs in {100 * share:.1f} % of the pixels: the export is wrong")
     layers = tuple(reference.layers(samples // 2, seed) for seed in (10, 20))
-
-    def halves_of(level: str, factor: float = 1.0) -> tuple[Any, ...]:
-        return tuple(export.codes(half.lit, half.seen, exported.exposure * factor, has_tone=level in TONED) for half in layers)
-
+    halves = tuple(export.codes(half.whole, exported.exposure) for half in layers)
     light = (layers[0].whole + layers[1].whole) / 2
     rows = []
     for level in (*LEVELS, BAKED):
-        halves = halves_of(level)
         found = compare.score(pictures[level], halves)
-        factor = compare.best_factor(pictures[level], light * exported.exposure, level in TONED)
-        levelled = compare.score(pictures[level], halves_of(level, factor))
+        factor = compare.best_factor(pictures[level], light * exported.exposure)
+        levelled = compare.score(pictures[level], tuple(export.codes(half.whole, exported.exposure * factor) for half in layers))
         rows.append(
             f"| {name}, {place} | {level if level == BAKED else f'`{level}`'} | {found.psnr_db:.1f} | {found.ssim:.3f} | {found.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
             f"{levelled.flip:.3f} | {compare.noise(halves):.1f} | {100 * share:.2f} |"
         )
         print(rows[-1], file=sys.stderr, flush=True)
-    steps = compare.mended(export.light_of(pictures["beautiful"], has_tone=True), export.light_of(unlit, has_tone=True), layers, exported.exposure)
+    steps = compare.mended(export.light_of(pictures["beautiful"]), export.light_of(unlit), layers, exported.exposure)
     ladder = f"| {name}, {place} | " + " | ".join(f"{decibels:.1f}" for _, decibels in steps) + " |"
     print(ladder, file=sys.stderr, flush=True)
-    return rows, ladder, save(f"{name}-{place}", pictures[BAKED], sum(halves_of(BAKED)) / 2)
+    return rows, ladder, save(f"{name}-{place}", pictures[BAKED], (halves[0] + halves[1]) / 2)
 
 
 def main() -> int:

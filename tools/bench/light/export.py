@@ -13,14 +13,13 @@ Units. In camrig a white Lambert surface that light c meets squarely is drawn as
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-from camrig import tone
 
 from .gltf import Glb, Material, Primitive, rotation
 
@@ -99,18 +98,14 @@ def eye(size: tuple[int, int], k: np.ndarray, world_from_eye: np.ndarray) -> Eye
     return Eye(size, math.degrees(2 * math.atan(0.5 * size[1] / k[1, 1])), world_from_eye)
 
 
-def codes(lit: np.ndarray, seen: np.ndarray | float = 0.0, exposure: float = 1.0, *, has_tone: bool = False) -> np.ndarray:
-    """camrig's picture of linear light, 0 to 255, not rounded: what lit surfaces send, by the tone curve of `beautiful` if it has one, and
-    what is seen as it shines; clamped, IEC 61966-2-1 (sRGB)."""
-    lit = np.maximum(lit * exposure, 0)
-    x = np.clip((tone.pbr_neutral(lit) if has_tone else lit) + seen * exposure, 0, 1)
+def codes(light: np.ndarray, exposure: float = 1.0) -> np.ndarray:
+    """camrig's picture of linear light: clamped, IEC 61966-2-1 (sRGB), 0 to 255, not rounded."""
+    x = np.clip(light * exposure, 0, 1)
     return 255 * np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
 
 
-def light_of(picture: np.ndarray, *, has_tone: bool = False) -> np.ndarray:
-    """Linear light of codes 0 to 255: what codes() did, undone, but for what it clamped and for what shines by itself."""
-    if has_tone:
-        return tone.light_of(picture)
+def light_of(picture: np.ndarray) -> np.ndarray:
+    """Linear light of codes 0 to 255: what codes() did, undone, but for what it clamped."""
     x = np.asarray(picture, float) / 255
     return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
 

@@ -69,12 +69,8 @@ class Layers:
     sky: np.ndarray  #: of the environment and of emitters
 
     @property
-    def lit(self) -> np.ndarray:
-        return self.sun + self.sky
-
-    @property
     def whole(self) -> np.ndarray:
-        return self.seen + self.lit
+        return self.seen + self.sun + self.sky
 
 
 class Reference:
