@@ -7,7 +7,7 @@ from tools.bench.speed.runs import Realtime
 
 def realtime(gaps, *, dropped=0, dropped_by_readers=0):
     reading = Reading(wall_s=10.0, cpu_s=1.0, use=Use(1.0, 1.0, 1, 1), rendered=0, dropped=dropped, dropped_by_readers=dropped_by_readers,
-                      instants=0, dropped_instants=0, stages={}, renderer={}, sequences={})
+                      instants=0, stages={}, renderer={}, sequences={})
     return Realtime(reading, [Stream(f"c{n}", gaps=count) for n, count in enumerate(gaps)], fps=25)
 
 
