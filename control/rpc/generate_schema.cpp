@@ -106,6 +106,8 @@ ordered_json schema_of(const Field& field) {
     } else if (field.type == "array of objects") {
         schema = {{"type", "array"}, {"items", object_schema(field)}};
         put_range(schema, field, "minItems", "maxItems");
+    } else if (field.type == "array of numbers") {
+        schema = {{"type", "array"}, {"items", {{"type", "number"}}}};
     } else {
         schema["type"] = field.plain_type();
         put_range(schema, field, field.type.starts_with("string") ? "minLength" : "minimum",

@@ -13,7 +13,6 @@ Units. In camrig a white Lambert surface that light c meets squarely is drawn as
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
