@@ -306,9 +306,9 @@ def test_a_run_that_is_interrupted_leaves_nobody_waiting(tmp_path):
         try:
             wait_until((folder / "lockstep" / f"{when}.log").exists, 60)
             running.send_signal(end)
-            said, _ = running.communicate(timeout=30)
+            said, _ = running.communicate(timeout=120)
             assert end == signal.SIGKILL or (running.returncode == 1 and said.count("\n") == 1 and "interrupted" in said), said
-            wait_until(lambda: not processes_with(mark), 20, f"nobody to be left of {mark}")
+            wait_until(lambda: not processes_with(mark), 60, f"nobody to be left of {mark}")
         finally:
             for pid in processes_with(mark):
                 os.kill(pid, signal.SIGKILL)
