@@ -341,7 +341,7 @@ def test_the_photo_of_a_camera_of_the_rig_is_shown_with_its_lens(rig, opened_pla
 
 def test_distances_and_heights_are_measured_in_the_photo(rig, opened_plate):
     plate, page = opened_plate, opened_plate.page
-    ends = [(300, 700), (1000, 600)]
+    ends = [(360, 740), (940, 650)]  # away from the points, which would be dragged instead
     post = plate.ground((500, 620))
     plate.tool("distance")
     plate.click(*ends)
@@ -358,6 +358,8 @@ def test_distances_and_heights_are_measured_in_the_photo(rig, opened_plate):
     assert metres[1] == pytest.approx(2, rel=0.03)
     plate.drag(plate.pixel((*post, 2)), plate.pixel((*post, 1)))
     until(page, "Math.abs(parseFloat(document.querySelectorAll('#measured li output')[1].textContent) - 1) < 0.05")
+    plate.drag(ends[1], (940, 5))
+    until(page, "document.querySelector('#measured li output').textContent === 'over the horizon of the ground'")
     page.get_by_label("Remove measure 1").click()
     assert page.locator("#measured li").count() == 1
 
