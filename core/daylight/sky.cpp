@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/black_body.h"
 #include "core/base/portable_math.h"
 
 namespace camrig::daylight {
@@ -59,15 +60,15 @@ double rayleigh_depth(double m) {
 /// What the air leaves of the sun's colour; its luminance is 1. Rayleigh and Ångström at 610, 550 and 465 nm; how much
 /// haze there is from the turbidity by Dogniaux (1974), for 2 cm of water.
 glm::dvec3 sun_color(double m, double turbidity) {
-    /// 5800 K beside 6500 K.
-    const glm::dvec3 above(1.07, 1.0, 0.90);
+    // Before the air it is that of 5800 K.
+    const std::array<double, 3> balance = white_balance_of(5800.0);
     const double haze = std::max(0.0, turbidity - 2.3) / 16.4;
     glm::dvec3 color;
     constexpr std::array wave_um{0.610, 0.550, 0.465};
     for (int i = 0; i < 3; ++i) {
         const double rayleigh = 0.008735 * power(wave_um[std::size_t(i)], -4.08);
         const double aerosol = haze * power(wave_um[std::size_t(i)], -1.3);
-        color[i] = above[i] * portable::exp(-m * (rayleigh + aerosol));
+        color[i] = portable::exp(-m * (rayleigh + aerosol)) / balance[std::size_t(i)];
     }
     return color / luminance(color);
 }
