@@ -16,7 +16,7 @@ from typing import Any, Sequence
 
 import camrig
 
-from .bus import Bus, free_port, run, wait_until
+from .bus import Bus, run, wait_until
 
 _ENVIRONMENT = {**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[3] / "control" / "python")}
 
@@ -26,15 +26,19 @@ class Link:
 
     def __init__(self, to: int) -> None:
         self._to = to
-        self.port = free_port()
+        listening = socket.create_server(("127.0.0.1", 0))
+        self.port = listening.getsockname()[1]
         self._loop = asyncio.new_event_loop()
         self._up = asyncio.Event()
         self._up.set()
-        self._loop.run_until_complete(asyncio.start_server(self._join, "127.0.0.1", self.port))
-        threading.Thread(target=self._loop.run_forever, daemon=True).start()
+        # In its thread alone: an interrupt comes in the main thread, and must not find coroutines there that nobody awaits yet.
+        threading.Thread(target=lambda: self._loop.run_until_complete(self._serve(listening)), daemon=True).start()
 
     def set_up(self, is_up: bool) -> None:
         self._loop.call_soon_threadsafe(self._up.set if is_up else self._up.clear)
+
+    async def _serve(self, listening: socket.socket) -> None:
+        await (await asyncio.start_server(self._join, sock=listening)).serve_forever()
 
     async def _join(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         await self._up.wait()
