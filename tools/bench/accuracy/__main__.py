@@ -14,11 +14,12 @@ import time
 BENCH = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(BENCH), str(BENCH.parents[1])]
 
-from accuracy import REPOSITORY, part_calibration, part_codecs, part_points, part_sampling  # noqa: E402
+from accuracy import REPOSITORY, part_calibration, part_codecs, part_cost, part_points, part_sampling  # noqa: E402
 from accuracy.section import Section  # noqa: E402
 from tools.bench import report  # noqa: E402
 
 PARTS = {
+    "curve": part_cost.curve,
     "reprojection": part_points.reprojection,
     "calibration": part_calibration.calibration,
     "stereo": part_calibration.stereo,
@@ -28,6 +29,7 @@ PARTS = {
     "lens_methods": part_sampling.lens_methods,
     "antialias": part_sampling.antialias,
     "textures": part_sampling.textures,
+    "detail": part_cost.detail,
     "colour": part_codecs.colour,
     "jpeg": part_codecs.jpeg,
     "h264": part_codecs.h264,

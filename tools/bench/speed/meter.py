@@ -20,12 +20,17 @@ class Use:
     fds: int
 
 
+def cpu_s_of(pid: int) -> float:
+    """User and system time of all threads of a process, to the nanosecond: its clock by clock_getcpuclockid(3), whose number Linux makes like this."""
+    return time.clock_gettime(~pid << 3 | 2)
+
+
 def use_of(pid: int) -> Use:
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     status = Path(f"/proc/{pid}/status").read_text()
     rss_kb = int(re.search(r"VmRSS:\s*(\d+)", status)[1])  # type: ignore[index]
     return Use(
-        cpu_s=(int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK"),
+        cpu_s=cpu_s_of(pid),
         rss_mib=rss_kb / 1024,
         threads=int(fields[17]),
         fds=len(os.listdir(f"/proc/{pid}/fd")),
