@@ -105,9 +105,7 @@ Result<Renderer::Finished> ComposedRenderer::draw_all(const world::SnapshotRef& 
 }
 
 void ComposedRenderer::begin_instant(const world::SnapshotRef& snapshot) {
-    if (snapshot == drawer_.snapshot()) return;
-    drawer_.begin_instant(snapshot);
-    has_only_triangles_ = drawer_.has_only_triangles();
+    if (snapshot != drawer_.snapshot()) drawer_.begin_instant(snapshot);
 }
 
 Result<Renderer::Finished> ComposedRenderer::draw_rest(const world::SnapshotRef& snapshot, TimeNs monotonic_ns) {
@@ -173,8 +171,7 @@ bool ComposedRenderer::makes(frame::PixelFormat format, const View& view) const 
 bool ComposedRenderer::is_plain(const View& view) const {
     if (!is_ours(view)) return other_->is_plain(view);
     // Shadow maps are made for all beautiful views of a renderer, and textures for their materials.
-    if (view.quality == world::Quality::beautiful || !software::SoftwareDrawer::is_plain(view)) return false;
-    return has_only_triangles_ || view.spec->lens.model == camera::LensModel::pinhole;
+    return view.quality != world::Quality::beautiful && software::SoftwareDrawer::is_plain(view);
 }
 
 TimeNs ComposedRenderer::expected_cost_ns(const View& view) const {

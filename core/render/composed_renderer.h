@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <functional>
 #include <map>
 #include <optional>
@@ -17,7 +16,7 @@ public:
     using MakeRenderer = std::function<Result<std::unique_ptr<Renderer>>()>;
 
     /// Of a machine without a GPU: our rasteriser draws what it can, another one, made when it is first needed, the
-    /// rest: colour with several samples a pixel; points and lines through a lens.
+    /// rest: colour with several samples a pixel.
     ComposedRenderer(const software::SoftwareDrawer::Options& options, MakeRenderer make_other)
         : drawer_(options), make_other_(std::move(make_other)) {}
     /// Of a machine with one: the device draws, our rasteriser what OpenGL has no light, plates or motion for: cameras
@@ -55,8 +54,7 @@ private:
     bool is_first_ = true;                    ///< it draws whatever it can
     MakeRenderer make_other_;
     std::unique_ptr<Renderer> other_;
-    std::atomic<bool> has_only_triangles_ = true;  ///< the last instant; others ask is_plain()
-    std::optional<Error> other_failed_;            ///< why it could not be made
+    std::optional<Error> other_failed_;  ///< why it could not be made
     // Of one call of draw(), kept for their memory.
     std::vector<const View*> here_;
     std::vector<View> parts_;                                ///< of views that both draw: what is drawn here

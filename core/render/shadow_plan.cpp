@@ -12,8 +12,8 @@ namespace camrig::render {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-/// Wider spots have texels that are too coarse at the rim.
-constexpr float widest_cone_rad = 1.3f;
+/// A single map of a wider spot would have texels that are too coarse at the rim: it has sides of a cube.
+constexpr float widest_single_cone_rad = 1.3f;
 /// Around everything, so that nothing lies on the border of a map.
 constexpr double margin = 1.02;
 
@@ -82,18 +82,14 @@ ShadowView directional_view(const world::Light& light, std::span<const WorldBox>
     return view;
 }
 
-std::optional<ShadowView> spot_view(const world::Light& light, float exposure, std::span<const WorldBox> receivers) {
-    const WorldBox all = joined(receivers);
-    double far = 0.0;
-    for (int i = 0; i < 8; ++i) far = std::max(far, glm::distance(corner(all, i), light.position));
-    far = std::min({far, scene::reach_m(light, exposure), max_shadow_extent_m});
-    if (!(far > 2.0 * nearest_spot_caster_m)) return std::nullopt;
+/// A map of a local light that sees as far aside of `towards` as the tangent says, up to `far`.
+ShadowView pyramid(const glm::dvec3& light, const glm::dvec3& towards, double tangent, double far) {
     ShadowView view;
-    view.is_spot = true;
-    view.map_from_world = map_rotation(light.direction);
-    view.origin = light.position;
-    const double near = nearest_spot_caster_m;
-    const double tangent = margin * portable::tan(double{light.outer_cone_rad});
+    view.is_local = true;
+    view.map_from_world = map_rotation(towards);
+    view.origin = light;
+    const double near = nearest_local_caster_m;
+    tangent *= margin;
     view.clip_from_map = glm::dmat4(0.0);
     view.clip_from_map[0][0] = view.clip_from_map[1][1] = 1.0 / tangent;
     view.clip_from_map[2] = {0.0, 0.0, far / (far - near), 1.0};
@@ -103,6 +99,38 @@ std::optional<ShadowView> spot_view(const world::Light& light, float exposure, s
                            plane({0, -1, tangent}, 0), plane({0, 0, 1}, -near),    plane({0, 0, -1}, far)};
     view.frustum.count = 6;
     return view;
+}
+
+bool sees_any(const ShadowView& view, std::span<const WorldBox> boxes) {
+    return std::ranges::any_of(boxes, [&](const WorldBox& box) {
+        glm::dmat4 world_from_box(1.0);
+        world_from_box[3] = glm::dvec4(0.5 * (box.min + box.max), 1.0);
+        const glm::vec3 half(0.5 * (box.max - box.min));
+        return may_be_visible(view.frustum, view.map_from(world_from_box), -half, half);
+    });
+}
+
+/// One map of a spot, or those sides of a cube, a little larger than they are, so that filters at their borders find
+/// what they need, that see light and something for it to fall on.
+std::vector<ShadowView> local_views(const world::Light& light, float exposure, std::span<const WorldBox> receivers) {
+    const WorldBox all = joined(receivers);
+    double far = 0.0;
+    for (int i = 0; i < 8; ++i) far = std::max(far, glm::distance(corner(all, i), light.position));
+    far = std::min({far, scene::reach_m(light, exposure), max_shadow_extent_m});
+    if (!(far > 2.0 * nearest_local_caster_m)) return {};
+    const bool is_spot = light.type == world::LightType::spot;
+    if (is_spot && light.outer_cone_rad <= widest_single_cone_rad)
+        return {pyramid(light.position, light.direction, portable::tan(double{light.outer_cone_rad}), far)};
+    std::vector<ShadowView> views;
+    const glm::dmat3 axes = is_spot ? glm::transpose(map_rotation(light.direction)) : glm::dmat3(1.0);
+    for (int side = 0; side < 6; ++side) {
+        const glm::dvec3 towards = (side % 2 == 0 ? 1.0 : -1.0) * axes[2 - side / 2];
+        // The last axis is a spot's own, which opens to a quarter turn at most: nothing of its light goes behind it.
+        if (is_spot && side == 1) continue;
+        const ShadowView view = pyramid(light.position, towards, 1.0, far);
+        if (sees_any(view, receivers)) views.push_back(view);
+    }
+    return views;
 }
 
 /// Bounds on a plane of the convex hull of points (x, y, depth > 0 ahead), cut off at `near`: of the points that are
@@ -144,15 +172,15 @@ std::optional<PixelRect> rect_around(const glm::dvec2& low, const glm::dvec2& hi
 /// directional light may be oblong; those of a spot are seen at an angle towards its edges.
 glm::dvec2 reach_texels(const ShadowView& shadow) {
     const glm::dvec2 half(1.0 / shadow.clip_from_map[0][0], 1.0 / shadow.clip_from_map[1][1]);
-    const glm::dvec2 stretch = shadow.is_spot ? glm::dvec2(std::sqrt(1.0 + glm::dot(half, half)))
-                                              : glm::dvec2(std::max(half.x, half.y)) / half;
+    const glm::dvec2 stretch = shadow.is_local ? glm::dvec2(std::sqrt(1.0 + glm::dot(half, half)))
+                                               : glm::dvec2(std::max(half.x, half.y)) / half;
     return double{shadow_filter_texels} + shadow_offset_texels * stretch;
 }
 
-/// How far light that touches `caster` goes on until it has left `receivers`: metres along the light or, for a spot,
-/// the factor by which the distance from it grows.
+/// How far light that touches `caster` goes on until it has left `receivers`: metres along the light or, for a
+/// local one, the factor by which the distance from it grows.
 double longest_way(const ShadowView& shadow, const WorldBox& caster, const WorldBox& receivers) {
-    if (shadow.is_spot) {
+    if (shadow.is_local) {
         double last = 0.0;
         for (int i = 0; i < 8; ++i) last = std::max(last, glm::distance(corner(receivers, i), shadow.origin));
         return last / std::max(glm::distance(glm::clamp(shadow.origin, caster.min, caster.max), shadow.origin), 1e-6);
@@ -191,7 +219,7 @@ glm::dmat4 ShadowView::map_from(const glm::dmat4& world_from_local) const {
 }
 
 bool operator==(const ShadowView& a, const ShadowView& b) {
-    return a.light == b.light && a.is_spot == b.is_spot && a.origin == b.origin &&
+    return a.light == b.light && a.is_local == b.is_local && a.origin == b.origin &&
            a.map_from_world == b.map_from_world && a.clip_from_map == b.clip_from_map;
 }
 
@@ -205,23 +233,23 @@ std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float
         return lights[i].intensity * std::max({c.r, c.g, c.b});
     };
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        const world::Light& light = lights[i];
-        if (light.type == world::LightType::point || !(brightness(i) > 0.0f)) continue;
-        if (light.type == world::LightType::spot && light.outer_cone_rad > widest_cone_rad) continue;
-        order.push_back(i);
+        if (brightness(i) > 0.0f) order.push_back(i);
     }
     std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
         const bool a_first = lights[a].type == world::LightType::directional,
                    b_first = lights[b].type == world::LightType::directional;
         return a_first != b_first ? a_first : brightness(a) > brightness(b);
     });
+    int left = max_shadowed_lights;
     for (const std::size_t i : order) {
-        if (views.size() == max_shadowed_lights) break;
-        auto view = lights[i].type == world::LightType::spot ? spot_view(lights[i], exposure, receivers)
-                                                             : std::optional(directional_view(lights[i], receivers));
-        if (!view) continue;
-        view->light = i;
-        views.push_back(*view);
+        if (left == 0) break;
+        std::vector<ShadowView> of_light = lights[i].type == world::LightType::directional
+                                               ? std::vector{directional_view(lights[i], receivers)}
+                                               : local_views(lights[i], exposure, receivers);
+        if (of_light.empty() || views.size() + of_light.size() > max_shadow_maps) continue;
+        for (ShadowView& view : of_light) view.light = i;
+        views.insert(views.end(), of_light.begin(), of_light.end());
+        --left;
     }
     return views;
 }
@@ -230,19 +258,20 @@ std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox&
     std::array<glm::dvec3, 8> points;
     for (int i = 0; i < 8; ++i) {
         const glm::dvec3 p = shadow.map_from_world * (corner(caster, i) - shadow.origin);
-        points[static_cast<std::size_t>(i)] = shadow.is_spot ? p : glm::dvec3(p.x, p.y, 1.0);
+        points[static_cast<std::size_t>(i)] = shadow.is_local ? p : glm::dvec3(p.x, p.y, 1.0);
     }
     const auto project = [&](const glm::dvec3& p) {
         const glm::dvec2 clip(shadow.clip_from_map[0][0] * p.x, shadow.clip_from_map[1][1] * p.y);
         return (clip / p.z * 0.5 + 0.5) * double{shadow_map_side};
     };
     glm::dvec2 low, high;
-    if (!hull_bounds(points, shadow.is_spot ? nearest_spot_caster_m : 0.0, project, low, high)) return std::nullopt;
+    if (!hull_bounds(points, shadow.is_local ? nearest_local_caster_m : 0.0, project, low, high)) return std::nullopt;
     return rect_around(low, high, reach_texels(shadow), {shadow_map_side, shadow_map_side});
 }
 
 std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowView& shadow, const WorldBox& caster,
                                        const WorldBox& receivers) {
+    if (!shadow_texels(shadow, caster)) return std::nullopt;
     // The filter blurs, and looks from a little beside.
     double farthest = 0.0;
     for (int i = 0; i < 8; ++i) farthest = std::max(farthest, glm::distance(corner(caster, i), shadow.origin));
@@ -250,13 +279,13 @@ std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowVi
         (shadow_filter_texels + shadow_offset_texels) * (shadow.texel_m + shadow.texel_per_m * farthest);
     const WorldBox blurred{caster.min - blur, caster.max + blur};
     const double way = longest_way(shadow, blurred, receivers);
-    if (!(way > (shadow.is_spot ? 1.0 : 0.0))) return std::nullopt;
+    if (!(way > (shadow.is_local ? 1.0 : 0.0))) return std::nullopt;
 
     const glm::dvec3 along = glm::transpose(shadow.map_from_world)[2];
     std::array<glm::dvec3, 16> points;
     for (int i = 0; i < 8; ++i) {
         const glm::dvec3 p = corner(blurred, i);
-        const glm::dvec3 end = shadow.is_spot ? shadow.origin + (p - shadow.origin) * way : p + along * way;
+        const glm::dvec3 end = shadow.is_local ? shadow.origin + (p - shadow.origin) * way : p + along * way;
         points[static_cast<std::size_t>(i)] = view.optical_from_world * (p - view.eye);
         points[static_cast<std::size_t>(i) + 8] = view.optical_from_world * (end - view.eye);
     }

@@ -12,14 +12,17 @@
 
 namespace camrig::render {
 
-/// Of the lights of a scene, at most so many have a shadow map: directional ones first, then spots, the brighter first.
+/// Of the lights of a scene, at most so many have shadow maps: directional ones first, then the others, the brighter
+/// first.
 inline constexpr int max_shadowed_lights = 4;
+/// Of all of them together: a point light has one for each side of a cube around it that sees anything.
+inline constexpr int max_shadow_maps = 8;
 /// Texels along a side of a shadow map.
 inline constexpr int shadow_map_side = 2048;
 /// The most that the map of a directional light covers; beyond, surfaces are lit.
 inline constexpr double max_shadow_extent_m = 200.0;
-/// Near plane of a spot light's shadow map.
-inline constexpr double nearest_spot_caster_m = 0.05;
+/// Near plane of the shadow maps of spot and point lights.
+inline constexpr double nearest_local_caster_m = 0.05;
 /// Texels that a filtered look-up may read from the one it falls into.
 inline constexpr int shadow_filter_texels = 3;
 /// A receiver is looked up so many of a texel's longer side away along its normal, at most.
@@ -33,17 +36,18 @@ struct WorldBox {
 WorldBox world_box(const glm::dmat4& world_from_local, const world::Box& local);
 WorldBox joined(std::span<const WorldBox> boxes);  ///< of at least one
 
-/// Where the shadow map of one light looks. Depends on the light and on what stands still, never on a camera: all
+/// Where a shadow map of one light looks. Depends on the light and on what stands still, never on a camera: all
 /// cameras share the map, and no shadow swims when one turns.
 ///
 /// Map frame: x right, y down, z along the light, its origin at `origin`. Points are given relative to that origin in
 /// double before they become floats, so shadows are the same at every distance from the world's origin.
 struct ShadowView {
     std::size_t light = 0;  ///< into the scene's lights
-    bool is_spot = false;
+    bool is_local = false;  ///< of a spot or point light: rays part from `origin`
     glm::dvec3 origin{0.0};
     glm::dmat3 map_from_world{1.0};
-    /// clip = clip_from_map * (x, y, z, 1); OpenGL's unit cube with depth 0 to 1, w = z for a spot and 1 otherwise.
+    /// clip = clip_from_map * (x, y, z, 1); OpenGL's unit cube with depth 0 to 1, w = z for a local light and 1
+    /// otherwise.
     glm::dmat4 clip_from_map{1.0};
     /// Side of a texel: constant + per metre from the light.
     double texel_m = 0.0;
@@ -55,8 +59,9 @@ struct ShadowView {
     friend bool operator==(const ShadowView& a, const ShadowView& b);
 };
 
-/// Chooses the lights and places their maps around `receivers`, the boxes of what stands still and is lit. Empty
-/// where there is nothing to fall on or no light for it.
+/// Chooses the lights and places their maps around `receivers`, the boxes of what stands still and is lit; maps of one
+/// light come after each other, and what one of them has in shadow is so. Empty where there is nothing to fall on or no
+/// light for it.
 std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float exposure,
                                      std::span<const WorldBox> receivers);
 

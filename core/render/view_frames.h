@@ -13,7 +13,7 @@ namespace camrig::render {
 /// What flow is refused with by who does not draw it.
 inline constexpr const char* no_flow =
     "flow: drawn by camrig's own rasteriser only, not by device null: with the principal point less than 8192 pixels "
-    "beside the picture and, through a lens, no points and lines in the scene";
+    "beside the picture";
 
 /// Of a camera without a sensor there is nothing to draw of one, and nothing of what is on a lens.
 inline bool wants(const View& view, frame::FrameKind kind) {

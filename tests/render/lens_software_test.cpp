@@ -606,6 +606,112 @@ TEST(LensBounds, OfAMoverHoldAllItsPixels) {
     }
 }
 
+/// White points, or lines between every two of them, before black; positions in the optical frame.
+TestWorld white_strokes(world::Topology topology, const TestCamera& camera, const std::vector<glm::dvec3>& positions) {
+    world::Primitive primitive;
+    primitive.topology = topology;
+    const ViewTransform transform = transform_of(camera);
+    for (std::uint32_t i = 0; const glm::dvec3& p : positions) {
+        primitive.positions.push_back(glm::vec3(transform.eye + glm::transpose(transform.optical_from_world) * p));
+        primitive.indices.push_back(i++);
+    }
+    primitive.bounds = {primitive.positions.front(), primitive.positions.front()};
+    for (const glm::vec3& p : primitive.positions)
+        primitive.bounds = {glm::min(primitive.bounds.min, p), glm::max(primitive.bounds.max, p)};
+    TestWorld world;
+    world.environment.background = glm::vec3(0.0f);
+    world.objects = {instance_of(model_of(primitive, colored(glm::vec3(1.0f), true)))};
+    return world;
+}
+
+/// Whether one of the pixels around sees nothing.
+bool is_near_rim(const camera::CameraModel& model, const glm::dvec2& pixel) {
+    for (const double down : {-2.0, 0.0, 2.0})
+        for (const double right : {-2.0, 0.0, 2.0})
+            if (!model.ray(glm::round(pixel) + glm::dvec2(right, down))) return true;
+    return false;
+}
+
+TEST(LensStrokes, APointIsThePixelThatItLiesIn) {
+    for (const auto& [name, camera] : cameras()) {
+        const camera::CameraModel model = lens_of(camera)->model();
+        std::vector<glm::dvec3> positions;
+        std::vector<std::uint8_t> expected(static_cast<std::size_t>(camera.size.pixels())), unsure = expected;
+        for (std::uint64_t i = 0; i < 400; ++i) {
+            const glm::dvec2 pixel{random(21, 2 * i) * camera.size.width - 0.5,
+                                   random(21, 2 * i + 1) * camera.size.height - 0.5};
+            const auto ray = model.ray(pixel);
+            if (!ray || is_near_rim(model, pixel)) continue;
+            positions.push_back(*ray * (2.0 + static_cast<double>(i)));
+            for (int y = 0; y < camera.size.height; ++y) {
+                for (int x = 0; x < camera.size.width; ++x) {
+                    const double out = std::max(std::abs(x - pixel.x), std::abs(y - pixel.y)) - 0.5;
+                    const std::size_t at = static_cast<std::size_t>(y * camera.size.width + x);
+                    if (std::abs(out) < 0.01)
+                        unsure[at] = 1;
+                    else if (out < 0.0)
+                        expected[at] = 255;
+                }
+            }
+        }
+        if (positions.empty()) continue;  // what a tiny focal length sees is all rim
+        const Picture picture = drawn(white_strokes(world::Topology::points, camera, positions), camera);
+        int wrong = 0;
+        for (int y = 0; y < camera.size.height; ++y)
+            for (int x = 0; x < camera.size.width; ++x) {
+                const std::size_t at = static_cast<std::size_t>(y * camera.size.width + x);
+                if (!unsure[at]) wrong += (picture.red(x, y) == 255) != (expected[at] == 255);
+            }
+        EXPECT_EQ(wrong, 0) << name;
+    }
+}
+
+TEST(LensStrokes, ALineGoesWhereTheLensShowsItWithoutAGap) {
+    for (const auto& [name, camera] : cameras()) {
+        const camera::CameraModel model = lens_of(camera)->model();
+        for (std::uint64_t line = 0; line < 12; ++line) {
+            const auto end = [&](std::uint64_t i) {
+                return model.ray(
+                    {random(22, 4 * line + i) * camera.size.width, random(22, 4 * line + i + 1) * camera.size.height});
+            };
+            const auto a = end(0), b = end(2);
+            if (!a || !b) continue;
+            const glm::dvec3 from = *a * 3.0, to = *b * 8.0;
+            const Picture picture = drawn(white_strokes(world::Topology::lines, camera, {from, to}), camera);
+            std::vector<double> nearest(static_cast<std::size_t>(camera.size.pixels()), 1e9);
+            int gaps = 0;
+            constexpr int steps = 4000;
+            const auto start = model.project(from), stop = model.project(to);
+            for (int i = 0; i <= steps; ++i) {
+                const auto pixel = model.project(from + (to - from) * (static_cast<double>(i) / steps));
+                if (!pixel) continue;
+                bool is_drawn = false;
+                const int px = static_cast<int>(std::lround(pixel->x)), py = static_cast<int>(std::lround(pixel->y));
+                for (int y = py - 1; y <= py + 1; ++y) {
+                    for (int x = px - 1; x <= px + 1; ++x) {
+                        if (x < 0 || y < 0 || x >= camera.size.width || y >= camera.size.height) continue;
+                        const double distance = std::hypot(x - pixel->x, y - pixel->y);
+                        double& least = nearest[static_cast<std::size_t>(y * camera.size.width + x)];
+                        least = std::min(least, distance);
+                        is_drawn |= picture.red(x, y) == 255 && distance < 1.1;
+                    }
+                }
+                const bool is_end = glm::distance(*pixel, *start) < 1.0 || glm::distance(*pixel, *stop) < 1.0;
+                const bool is_inside = !is_end && !is_near_rim(model, *pixel) && pixel->x > 0.5 && pixel->y > 0.5 &&
+                                       pixel->x < camera.size.width - 1.5 && pixel->y < camera.size.height - 1.5;
+                gaps += is_inside && !is_drawn;
+            }
+            EXPECT_EQ(gaps, 0) << name << " " << line;
+            int beside = 0;
+            for (int y = 0; y < camera.size.height; ++y)
+                for (int x = 0; x < camera.size.width; ++x)
+                    beside +=
+                        picture.red(x, y) == 255 && nearest[static_cast<std::size_t>(y * camera.size.width + x)] > 0.75;
+            EXPECT_EQ(beside, 0) << name << " " << line;
+        }
+    }
+}
+
 TEST(LensPictures, AreThoseThatMesaResamples) {
     auto mesas = create_renderer({.device = "llvmpipe", .pool = std::make_shared<frame::FramePool>()}).value();
     Film film("hall");

@@ -262,7 +262,7 @@ TestWorld plate_and_wall(bool as_mover, world::LightType type) {
     TestWorld world;
     world.environment = darkness();
     const glm::dvec3 direction = glm::normalize(glm::dvec3(4.0, -2.0, -2.0));
-    world.lights = {light_of(type, type == world::LightType::spot ? 200.0f : 0.8f,
+    world.lights = {light_of(type, type == world::LightType::directional ? 0.8f : 200.0f,
                              glm::dvec3(6.0, 0.0, 2.0) - 6.0 * direction, direction)};
     world.lights[0].outer_cone_rad = 0.8f;
     world.lights[0].inner_cone_rad = 0.7f;
@@ -287,24 +287,63 @@ double falls_at(const Picture& picture, int y, int x0, int x1) {
 }
 
 TEST(Shadow, EdgesLieWhereGeometrySaysWithinATexel) {
-    for (const world::LightType type : {world::LightType::directional, world::LightType::spot}) {
+    struct Case {
+        const char* name;
+        world::LightType type;
+        float cone_rad;
+    };
+    for (const Case& each :
+         {Case{"sun", world::LightType::directional, 0.8f}, Case{"spot", world::LightType::spot, 0.8f},
+          Case{"wide spot", world::LightType::spot, 1.5f}, Case{"point", world::LightType::point, 0.8f}}) {
         for (const bool as_mover : {false, true}) {
-            const TestWorld world = plate_and_wall(as_mover, type);
+            TestWorld world = plate_and_wall(as_mover, each.type);
+            world.lights[0].outer_cone_rad = each.cone_rad;
             const Picture picture = draw(world, wall_camera);
             // The plate's left edge is at y = 0.5, z = 2; followed along the light to x = 10.
-            const glm::dvec3 from = type == world::LightType::spot ? world.lights[0].position : glm::dvec3(0.0);
+            const bool is_sun = each.type == world::LightType::directional;
             const glm::dvec3 edge(6.0, 0.5, 2.0);
-            const glm::dvec3 along = type == world::LightType::spot ? edge - from : world.lights[0].direction;
+            const glm::dvec3 along = is_sun ? world.lights[0].direction : edge - world.lights[0].position;
             const glm::dvec3 hit = edge + along * (4.0 / along.x);
             const double expected = 319.5 - 600.0 * hit.y / 10.0;
             const int row = static_cast<int>(std::lround(239.5 - 600.0 * hit.z / 10.0));
             const double found =
                 falls_at(picture, row, static_cast<int>(expected) - 30, static_cast<int>(expected) + 30);
-            std::printf("%s %s: edge at %.3f, found %.3f\n", type == world::LightType::spot ? "spot" : "sun",
-                        as_mover ? "mover" : "static", expected, found);
+            std::printf("%s %s: edge at %.3f, found %.3f\n", each.name, as_mover ? "mover" : "static", expected, found);
             EXPECT_NEAR(found, expected, 1.0);
         }
     }
+}
+
+/// Where the maps of a point light meet, a wall is as bright as its neighbours, and a shadow goes on.
+TEST(Shadow, APointLightLeavesNoSeams) {
+    TestWorld world;
+    world.environment = darkness();
+    // Of the wall at x = 10 the light, 1 m before it, sees the sides of its cube meet at y = +-1 and z = +-1.
+    world.lights = {light_of(world::LightType::point, 0.8f, {9.0, 0.0, 0.0})};
+    world.objects = {
+        instance_of(model_of(rectangle({10, 0, 0}, {0, -6, 0}, {0, 0, 6}), surface(glm::vec3(1.0f), 1.0f)))};
+    const auto lit = [](double y, double z) { return 0.8 / std::pow(1.0 + y * y + z * z, 1.5); };
+    const auto place = [](int at, double middle) { return (middle - at) / 60.0; };
+    const Picture open = draw(world, wall_camera);
+    for (int y = 100; y < 380; ++y)
+        for (int x = 180; x < 460; ++x)
+            EXPECT_NEAR(open.red(x, y), srgb_code(lit(place(x, 319.5), place(y, 239.5))), 4) << x << " " << y;
+
+    // A plate before the light, a tenth of the way to the wall: its shadow, 3 x 3 m, lies over four of the sides.
+    world.movers = {
+        instance_of(model_of(rectangle({9.1, 0, 0}, {0, -0.15, 0}, {0, 0, 0.15}), colored(glm::vec3(0.5f))), {}, 2)};
+    const Picture shadowed = draw(world, wall_camera);
+    for (int y = 100; y < 380; ++y)
+        for (int x = 180; x < 460; ++x) {
+            const double out = std::max(std::abs(place(x, 319.5)), std::abs(place(y, 239.5))) - 1.5;
+            if (out < -1.2) continue;  // the plate itself
+            if (out < -0.05) {
+                EXPECT_LE(shadowed.red(x, y), 2) << x << " " << y;
+            }
+            if (out > 0.05) {
+                EXPECT_EQ(shadowed.red(x, y), open.red(x, y)) << x << " " << y;
+            }
+        }
 }
 
 TEST(Shadow, LightsOutsideTheLevelBeautifulHaveNone) {
@@ -409,7 +448,7 @@ TEST(Shadow, AMaskCastsTheShadowOfItsHoles) {
     EXPECT_EQ(picture.red(440, 239), picture.red(500, 239)) << "nothing but holes";
 }
 
-TEST(Shadow, OnlyTheBrightestFourLightsHaveOne) {
+TEST(Shadow, OnlyTheBrightestFourLightsHaveOneAndAPointLightSeveral) {
     std::vector<world::Light> lights;
     for (int i = 0; i < 3; ++i)
         lights.push_back(light_of(world::LightType::spot, 10.0f + static_cast<float>(i), {0, 0, 5}));
@@ -420,7 +459,10 @@ TEST(Shadow, OnlyTheBrightestFourLightsHaveOne) {
     const auto views = plan_shadows(lights, 1.0f, {&floor, 1});
     std::vector<std::size_t> chosen;
     for (const ShadowView& view : views) chosen.push_back(view.light);
-    EXPECT_EQ(chosen, (std::vector<std::size_t>{6, 5, 2, 1}));
+    // The point light lies on the floor: five sides of its cube see that, and the sixth looks up.
+    EXPECT_EQ(chosen, (std::vector<std::size_t>{6, 5, 3, 3, 3, 3, 3, 2}));
+    lights.push_back(light_of(world::LightType::point, 900.0f, {0, 0, 1}));
+    EXPECT_EQ(plan_shadows(lights, 1.0f, {&floor, 1}).size(), 8u) << "there is no room for a second one";
 }
 
 TEST(Quality, DepthIdsAndNormalsAreTheSameBytesAtEveryLevel) {

@@ -175,7 +175,8 @@ GLuint DrawPass::color_program(const scene::SeenSurface& seen) {
     key.quality = view_.quality;
     key.batched = may_be_batched(surface);
     const scene::LightSet& set = view_.scene->light_sets()[seen.placed->light_set];
-    for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(view_, set.lights[i]) >= 0.0f;
+    for (int i = 0; i < set.directional + set.local; ++i)
+        key.has_shadows |= !shadow_maps_of(view_, set.lights[i]).empty();
     program = shaders_.program(key);
     return program;
 }

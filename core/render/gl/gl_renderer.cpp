@@ -131,8 +131,7 @@ Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
     if (view.spec->backdrop)
         return error(ErrorKind::unsupported,
                      "backdrop: drawn by camrig's own rasteriser only: with the principal point less than 8192 pixels "
-                     "beside the "
-                     "picture and, through a lens, no points and lines in the scene");
+                     "beside the picture");
     auto painted = painter_.paint(view, index, scene_, targets_[view.camera]);
     if (!painted) return std::unexpected(painted.error());
     for (int k = 0; k < frame::frame_kind_count; ++k) {

@@ -73,11 +73,9 @@ ShadowBlock shadow_block(const PassView& view) {
     return block;
 }
 
-float shadow_slot(const PassView& view, std::size_t light) {
-    for (std::size_t i = 0; i < view.shadows.size(); ++i) {
-        if (view.shadows[i].light == light) return static_cast<float>(i);
-    }
-    return -1.0f;
+std::span<const ShadowView> shadow_maps_of(const PassView& view, std::size_t light) {
+    const auto first = std::ranges::find(view.shadows, light, &ShadowView::light);
+    return {first, std::find_if(first, view.shadows.end(), [&](const auto& shadow) { return shadow.light != light; })};
 }
 
 std::size_t light_bytes(const PassView& view, const scene::LightSet& set) {
@@ -116,7 +114,13 @@ void write_lights(const PassView& view, const scene::LightSet& set, std::byte* t
     for (int i = 0; i < directional + local; ++i) {
         const int n = i < directional ? i : set.directional + i - directional;
         const bool is_used = i < directional ? i < set.directional : i - directional < set.local;
-        put(to, ShadowSlotBlock{glm::vec4(is_used ? shadow_slot(view, set.lights[n]) : -1.0f)});
+        ShadowSlotBlock block{};
+        if (is_used) {
+            const auto maps = shadow_maps_of(view, set.lights[n]);
+            block.maps.x = static_cast<float>(maps.data() - view.shadows.data());
+            block.maps.y = static_cast<float>(maps.size());
+        }
+        put(to, block);
     }
 }
 

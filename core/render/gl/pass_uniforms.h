@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 
 #include "core/render/gl/pass_view.h"
 #include "core/render/gl/uniform_blocks.h"
@@ -14,8 +15,8 @@ DrawBlock draw_block(const scene::SeenSurface& seen);
 /// For a shadow map: four rows of a matrix, the last in normal_rows[0] (shaders/shadow.vert).
 DrawBlock shadow_draw_block(const glm::dmat4& clip_from_local);
 
-/// Which of the view's shadow maps the light has; below 0: none.
-float shadow_slot(const PassView& view, std::size_t light);
+/// The view's shadow maps of the light.
+std::span<const ShadowView> shadow_maps_of(const PassView& view, std::size_t light);
 
 /// Bytes of the lights of a draw in the layout of shaders/blocks.glsl; 0: unlit.
 std::size_t light_bytes(const PassView& view, const scene::LightSet& set);

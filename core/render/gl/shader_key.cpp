@@ -77,7 +77,7 @@ std::string defines_of(const ShaderKey& key) {
     if (per_pixel && beautiful) define("GGX");
     if (per_pixel && beautiful) define("TABLE_SIDE " + std::to_string(table_side) + ".0");
     if (key.has_shadows) define("SHADOWS");
-    if (key.has_shadows) define("MAX_SHADOWS " + std::to_string(max_shadowed_lights));
+    if (key.has_shadows) define("MAX_SHADOWS " + std::to_string(max_shadow_maps));
     if (key.has_shadows) define("SHADOW_MAP_SIDE " + std::to_string(shadow_map_side) + ".0");
     return text;
 }

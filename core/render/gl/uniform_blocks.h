@@ -50,9 +50,9 @@ struct DirectionalLightBlock {
     glm::vec4 color;
 };
 
-/// Which shadow map a light of the draw has; after its lights, only where there are shadow maps.
+/// Which shadow maps a light of the draw has, the first and how many; after its lights, only where there are any.
 struct ShadowSlotBlock {
-    glm::vec4 slot;
+    glm::vec4 maps;
 };
 
 struct ShadowBlock {
@@ -60,7 +60,7 @@ struct ShadowBlock {
         glm::vec4 rows[4];
         glm::vec4 texel;
     };
-    Map maps[max_shadowed_lights];
+    Map maps[max_shadow_maps];
 };
 
 struct LocalLightBlock {

@@ -33,7 +33,6 @@ void PlacedSurfaces::clear() {
     surfaces_.clear();
     blended_.clear();
     deformations_used_ = poses_used_ = 0;
-    has_only_triangles_ = true;
 }
 
 world::PosedModel& PlacedSurfaces::next_pose() {
@@ -51,7 +50,6 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     const world::ModelRef& source = instance.info->model;
     if (source == nullptr) return;
     const PreparedModel& model = models.of(source, prepare_model);
-    has_only_triangles_ &= model.has_only_triangles;
     world::PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
     const glm::dmat4 world = world::world_from_model(instance.position, instance.orientation, instance.scale);

@@ -81,7 +81,6 @@ public:
     const DeformedVertices& deform(const PlacedSurface& surface, LevelSet levels = 1);
     const DeformedVertices& deformed(const PlacedSurface& surface) const;
     std::size_t deformation_count() const { return deformations_used_; }
-    bool has_only_triangles() const { return has_only_triangles_; }
     /// How many of the deformations are made.
     std::uint64_t made() const;
 
@@ -97,7 +96,6 @@ private:
     std::deque<world::PosedModel> poses_;
     ContactShadows contacts_;
     std::size_t deformations_used_ = 0, poses_used_ = 0;
-    bool has_only_triangles_ = true;
 };
 
 /// A snapshot whose objects are placed and posed, once for all views. What stands still stays placed until the
@@ -130,7 +128,6 @@ public:
         for (const auto& [key, one] : proxies_)
             for (const PlacedSurface& surface : one.placed.all()) use(surface);
     }
-    bool has_only_triangles() const { return statics_.has_only_triangles() && movers_.has_only_triangles(); }
 
     std::uint64_t statics_number() const { return statics_number_; }  ///< counts the static sets
     std::uint64_t objects_number() const { return objects_number_; }  ///< counts those with other objects

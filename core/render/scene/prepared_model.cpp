@@ -43,7 +43,6 @@ PreparedModel prepare_model(const world::ModelRef& model) {
             for (DetailLevel& level : make_detail_levels(primitive))
                 made.coarser.push_back(mesh_level(std::move(level.indices), level.error));
             made.joint_boxes = joint_boxes_of(primitive);
-            prepared.has_only_triangles &= primitive.topology == world::Topology::triangles;
         }
     }
     for (const Surface& surface : draw_order(*model)) {

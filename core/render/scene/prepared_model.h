@@ -45,7 +45,6 @@ struct PreparedSurface {
 struct PreparedModel {
     std::vector<PreparedPrimitive> primitives;  ///< mesh after mesh
     std::vector<PreparedSurface> surfaces;      ///< as they are drawn
-    bool has_only_triangles = true;
 };
 PreparedModel prepare_model(const world::ModelRef& model);
 

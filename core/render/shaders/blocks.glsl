@@ -49,7 +49,7 @@ layout(std140, binding = 3) uniform LightBlock {
     LocalLight local[LOCAL_LIGHTS];
 #endif
 #ifdef SHADOWS
-    vec4 shadow_slots[DIRECTIONAL_LIGHTS + LOCAL_LIGHTS];  // x: into shadows.maps, below 0: none
+    vec4 shadow_slots[DIRECTIONAL_LIGHTS + LOCAL_LIGHTS];  // into shadows.maps, x: the first, y: how many
 #endif
 } lights;
 #endif

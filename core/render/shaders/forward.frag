@@ -174,7 +174,7 @@ void main() {
         vec3 l = lights.directional[i].towards.xyz;
         vec3 radiance = lights.directional[i].color.rgb;
 #ifdef SHADOWS
-        radiance *= lit_share(lights.shadow_slots[i].x, position, geometric, l);
+        radiance *= lit_share(lights.shadow_slots[i].xy, position, geometric, l);
 #endif
         color += shade_one(s, l, radiance);
     }
@@ -184,7 +184,7 @@ void main() {
         vec3 l;
         vec3 radiance = local_radiance(lights.local[i], lights.local[i].position.xyz - position, l);
 #ifdef SHADOWS
-        radiance *= lit_share(lights.shadow_slots[DIRECTIONAL_LIGHTS + i].x, position, geometric, l);
+        radiance *= lit_share(lights.shadow_slots[DIRECTIONAL_LIGHTS + i].xy, position, geometric, l);
 #endif
         color += shade_one(s, l, radiance);
     }

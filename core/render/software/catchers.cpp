@@ -19,19 +19,17 @@ CAMRIG_LANES Lanes share_of_light(Lanes with, Lanes without) {
 
 /// Whether movers keep light of a lamp from the points: shading twice, which tells how much, is dear.
 template <typename Isa>
-CAMRIG_LANES IntLanes are_darkened(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
-                                   const Lanes3& rays) {
+CAMRIG_LANES IntLanes are_darkened(const ViewDraw& draw, const SurfacePoints& points, const Lanes3& rays) {
     const glm::mat3& m = draw.optical_from_normal;
     const Lanes3 turned = splat(m[0]) * points.normal.x + splat(m[1]) * points.normal.y + splat(m[2]) * points.normal.z;
     const Lanes3 normal = turned * (1.0f / sqrt(max(dot(turned, turned), lanes(1e-30f))));
     const Lanes3 position = rays * points.z;
     IntLanes found{};
-    const auto look = [&](int shadow, const Lanes3& towards) __attribute__((always_inline)) {
-        if (shadow < 0) return;
-        const ShadowInView& map = geometry.shadows()[static_cast<std::size_t>(shadow)];
+    const auto look = [&](std::span<const ShadowInView> maps, const Lanes3& towards) __attribute__((always_inline)) {
+        if (maps.empty()) return;
         const Lanes cosine = dot(normal, towards);
-        found |=
-            lit_share<Isa>(map, true, position, normal, cosine) != lit_share<Isa>(map, false, position, normal, cosine);
+        found |= lit_share<Isa>(maps, true, position, normal, cosine) !=
+                 lit_share<Isa>(maps, false, position, normal, cosine);
     };
     const SurfaceLights& lights = *draw.lights;
     for (std::size_t i = 0; i < lights.directional.size(); ++i)
@@ -65,7 +63,7 @@ CAMRIG_LANES void darken_body(const ViewGeometry& geometry, std::uint32_t proxie
                 const IntLanes own = mask ? number : IntLanes{} + number[first];
                 const SurfacePoints points = points_of(geometry, draw, TriangleOfEach<Isa>(geometry, draw, own), x, y);
                 const Lanes3 rays = rays_through(geometry, x, y);
-                if (Isa::bits(mask & are_darkened<Isa>(geometry, draw, points, rays)) == 0) continue;
+                if (Isa::bits(mask & are_darkened<Isa>(draw, points, rays)) == 0) continue;
                 const Lanes3 with = shade<Isa>(geometry, draw, points, rays, true).rgb;
                 const Lanes3 without = shade<Isa>(geometry, draw, points, rays, false).rgb;
                 const Lanes3 share{share_of_light(with.x, without.x), share_of_light(with.y, without.y),

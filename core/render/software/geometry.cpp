@@ -61,9 +61,9 @@ const SurfaceLights* ViewGeometry::lights_of(int light_set) {
         (is_directional ? lights.directional : lights.local)
             .push_back(scene::light_in_view(light, view_.transform, light_.exposure, view_.lamps_hz));
         (is_directional ? lights.directional : lights.local).back().color *= view_.light_gain;
-        const auto shadow = std::ranges::find(shadows_, index, &ShadowInView::light);
-        (is_directional ? lights.directional_shadows : lights.local_shadows)
-            .push_back(shadow == shadows_.end() ? -1 : static_cast<int>(shadow - shadows_.begin()));
+        const auto first = std::ranges::find(shadows_, index, &ShadowInView::light);
+        const auto last = std::find_if(first, shadows_.end(), [&](const auto& map) { return map.light != index; });
+        (is_directional ? lights.directional_shadows : lights.local_shadows).emplace_back(first, last);
     }
     return &lights;
 }

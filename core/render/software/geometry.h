@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/render/pixel_rect.h"
@@ -31,7 +32,7 @@ struct VertexValues {
 /// The lights of a draw, in the optical frame of the view.
 struct SurfaceLights {
     std::vector<scene::LightInView> directional, local;
-    std::vector<int> directional_shadows, local_shadows;  ///< into ViewGeometry::shadows; -1: none
+    std::vector<std::span<const ShadowInView>> directional_shadows, local_shadows;  ///< the maps of each
 };
 
 /// One draw of a view: where its triangles come from and how they are shaded.
@@ -58,6 +59,9 @@ struct ViewDraw : scene::SeenSurface {
 struct VertexLight {
     glm::vec3 light{0.0f}, light_behind{0.0f}, ambient{0.0f};
 };
+
+/// What lies between two ends of a line.
+VertexValues between(const VertexValues& a, const VertexValues& b, double share);
 
 /// The triangles of one view that may show a pixel, clipped, culled and snapped. Reused from view to view.
 class ViewGeometry {
@@ -122,6 +126,11 @@ private:
     void add_point(const ViewDraw& draw, const VertexValues& point);
     void add_line(const ViewDraw& draw, const VertexValues& from, const VertexValues& to);
     void add_quad(const ViewDraw& draw, const std::array<QuadCorner, 4>& corners);
+    /// The two triangles of a quad whose vertices begin there; own numbers of the draw.
+    void add_halves(std::uint32_t first);
+    VertexValues end_of_stroke(const ViewDraw& draw, std::uint32_t vertex) const;
+    /// lens_strokes.cpp.
+    void add_ray_strokes(const ViewDraw& draw, const TriangleRule& rule);
     VertexValues values_of(const ViewDraw& draw, std::uint32_t vertex) const;
 
     scene::SceneView view_;

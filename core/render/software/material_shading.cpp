@@ -151,18 +151,16 @@ CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, L
 struct Lamp {
     Lanes3 towards;
     Lanes3 color;
-    int shadow;  ///< into ViewGeometry::shadows; -1: none
+    std::span<const ShadowInView> shadows;
 };
 template <typename Isa>
-CAMRIG_LANES void add_lamp(const ViewGeometry& geometry, const SurfaceResponse& s, const Lamp& lamp,
-                           const Lanes3& position, const Lanes3& geometric, bool has_movers, Lanes3& sum) {
+CAMRIG_LANES void add_lamp(const SurfaceResponse& s, const Lamp& lamp, const Lanes3& position, const Lanes3& geometric,
+                           bool has_movers, Lanes3& sum) {
     const Lanes cosine = dot(s.normal, lamp.towards);
     if (Isa::bits(cosine > 0.0f) == 0) return;
     Lanes3 light = lamp.color * reflected(s, lamp.towards, cosine);
-    if (lamp.shadow >= 0) {
-        const ShadowInView& map = geometry.shadows()[static_cast<std::size_t>(lamp.shadow)];
-        light = light * lit_share<Isa>(map, has_movers, position, geometric, dot(geometric, lamp.towards));
-    }
+    if (!lamp.shadows.empty())
+        light = light * lit_share<Isa>(lamp.shadows, has_movers, position, geometric, dot(geometric, lamp.towards));
     const IntLanes is_before = cosine > 0.0f;
     sum = sum + select(is_before, light, Lanes3{});
 }
@@ -215,14 +213,14 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
     const SurfaceLights& lights = *draw.lights;
     for (std::size_t i = 0; i < lights.directional.size(); ++i) {
         const scene::LightInView& light = lights.directional[i];
-        add_lamp<Isa>(geometry, s, {splat(light.towards), splat(light.color), lights.directional_shadows[i]}, position,
-                      geometric, has_movers, sum);
+        add_lamp<Isa>(s, {splat(light.towards), splat(light.color), lights.directional_shadows[i]}, position, geometric,
+                      has_movers, sum);
     }
     // Lamps are in baked light.
     for (std::size_t i = 0; geometry.baked() == nullptr && i < lights.local.size(); ++i) {
         const LightAtPoint<PointGroup> local = light_at<PointGroup>(lights.local[i], position);
-        add_lamp<Isa>(geometry, s, {local.towards, splat(lights.local[i].color) * local.share, lights.local_shadows[i]},
-                      position, geometric, has_movers, sum);
+        add_lamp<Isa>(s, {local.towards, splat(lights.local[i].color) * local.share, lights.local_shadows[i]}, position,
+                      geometric, has_movers, sum);
     }
     Lanes3 emissive = splat(material.emissive * exposure);
     if (draw.textures[emissive_slot] != nullptr) {

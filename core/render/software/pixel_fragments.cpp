@@ -160,7 +160,7 @@ CAMRIG_LANES void find_ray_fragments(const ViewGeometry& geometry, std::uint32_t
         if (!(nearest > 0.0f) || plane.z > 1.0f || !to.may_show(pixel, nearest)) return;
         const RayEdgesInPixel edges(rays, ray);
         if (edges.is_outside()) return;
-        SampleMask mask = edges.template mask<Isa>();
+        SampleMask mask = edges.template mask<Isa>() & to.open_places(pixel, nearest);
         if (mask == 0) return;
         const ViewDraw& draw = geometry.draws()[triangle.draw];
         if (is_masked(draw)) mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
@@ -182,7 +182,13 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
         return;
     }
     const ScreenVertex* const vertices = geometry.vertices().data();
-    for (std::uint32_t number = first; number < first + count; ++number) {
+    // Leaf behind leaf: which places a mask leaves open is dear to ask. Those with masks come last and the nearest
+    // first: only such places are asked for that nothing nearer has taken.
+    std::vector<PixelFragments::Later>& later = to.later;
+    later.clear();
+    for (std::size_t n = 0; n < count + later.size(); ++n) {
+        if (n == count) std::ranges::sort(later);
+        const std::uint32_t number = n < count ? first + static_cast<std::uint32_t>(n) : later[n - count].triangle;
         const ScreenTriangle& triangle = geometry.triangles()[number];
         const ScreenVertex &a = vertices[triangle.vertices[0]], &b = vertices[triangle.vertices[1]],
                            &c = vertices[triangle.vertices[2]];
@@ -190,8 +196,14 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
                             std::max(rect.y0, (std::min({a.y, b.y, c.y}) + half) >> 8),
                             std::min(rect.x1, ((std::max({a.x, b.x, c.x}) + half) >> 8) + 1),
                             std::min(rect.y1, ((std::max({a.y, b.y, c.y}) + half) >> 8) + 1)};
-        if (box.width() <= 0) continue;
+        if (box.width() <= 0 || box.height() <= 0) continue;
         const float nearest = std::max({a.depth, b.depth, c.depth});
+        const ViewDraw& draw = geometry.draws()[triangle.draw];
+        const bool has_mask = is_masked(draw);
+        if (has_mask && n < count) {
+            later.push_back({-nearest, number});
+            continue;
+        }
         Setup setup;
         std::optional<EdgesInPixels> edges;
         const auto visit = [&](int x, int y) __attribute__((always_inline)) {
@@ -209,10 +221,9 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
             const PixelPlane plane = edges->plane(values);
             const float z = plane.z + edges->depth_reach();
             if (!(z > 0.0f) || !to.may_show(pixel, z)) return;
-            SampleMask mask = edges->mask<Isa>(values);
+            SampleMask mask = edges->mask<Isa>(values) & to.open_places(pixel, z);
             if (mask == 0) return;
-            const ViewDraw& draw = geometry.draws()[triangle.draw];
-            if (is_masked(draw)) {
+            if (has_mask) {
                 mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
                 if (mask == 0) return;
             }

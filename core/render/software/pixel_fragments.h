@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <compare>
 #include <cstdint>
 #include <vector>
 
@@ -39,6 +40,11 @@ public:
     [[gnu::always_inline]] inline bool may_show(std::uint32_t pixel, float nearest) const {
         return nearest >= lists_[pixel].hidden_below;
     }
+    /// The places of a pixel where no fragment so far certainly hides so much depth.
+    [[gnu::always_inline]] inline SampleMask open_places(std::uint32_t pixel, float nearest) const {
+        const List& list = lists_[pixel];
+        return nearest < list.covered_before ? ~list.covered : all_samples;
+    }
     [[gnu::always_inline]] inline void add(std::uint32_t pixel, SampleMask mask, const PixelPlane& plane, float reach,
                                            std::uint32_t triangle) {
         Fragment& made = fragments_.emplace_back();
@@ -52,13 +58,28 @@ public:
         List& list = lists_[pixel];
         (list.last == 0 ? list.first : fragments_[list.last - 1].next) = number;
         list.last = number;
-        if (mask == all_samples) list.hidden_below = std::max(list.hidden_below, plane.z - reach);
+        const float farthest = plane.z - reach;
+        list.covered_before = list.covered == 0 ? farthest : std::min(list.covered_before, farthest);
+        list.covered |= mask;
+        if (mask == all_samples) list.hidden_below = std::max(list.hidden_below, farthest);
+        if (list.covered != all_samples) return;
+        list.hidden_below = std::max(list.hidden_below, list.covered_before);
+        list.covered = 0;
     }
+    /// Of find_fragments: a triangle that comes later, the nearer the sooner.
+    struct Later {
+        float rank;  ///< the depth of its nearest corner, negative
+        std::uint32_t triangle;
+        auto operator<=>(const Later&) const = default;
+    };
+    std::vector<Later> later;
 
 private:
     struct List {
         std::uint32_t first = 0, last = 0;
         float hidden_below = 0.0f;
+        float covered_before = 0.0f;  ///< at least so deep is what covers the places of `covered`
+        SampleMask covered = 0;
     };
     std::vector<List> lists_;
     std::vector<Fragment> fragments_;

@@ -3,6 +3,7 @@
 #include <array>
 #include <bit>
 #include <cstring>
+#include <span>
 
 #include "core/render/software/lanes.h"
 #include "core/render/software/shadow_view.h"
@@ -43,11 +44,10 @@ CAMRIG_LANES IntLanes may_show_movers(const ShadowInView& map, const Lanes3& pos
     return gathered<Isa>(map.movers, shadow_tile_of(shadow_corner(place.column), shadow_corner(place.row))) != 0;
 }
 
-/// Share of the light that reaches the points, whose surface has normal n; towards: the light, unit, at an angle of
-/// that cosine to n.
+/// Share of the light that one map lets through to the points; all of it where they are not in it.
 template <typename Isa>
-CAMRIG_LANES Lanes lit_share(const ShadowInView& map, bool has_movers, const Lanes3& position, const Lanes3& n,
-                             Lanes cosine) {
+CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const Lanes3& position, const Lanes3& n,
+                                Lanes cosine) {
     // A flat surface that leans away from the light by an angle a is as deep as its neighbour in the map where it is
     // moved by sin(a) texels along its normal; the filter reaches two texels.
     const Lanes side = map.texel_m + map.texel_per_m * max(along(map.rows[3], position), Lanes{});
@@ -77,6 +77,26 @@ CAMRIG_LANES Lanes lit_share(const ShadowInView& map, bool has_movers, const Lan
         sum[k] = (lit[0] + lit[1]) + (lit[2] + lit[3]);
     }
     return sum * (1.0f / 16.0f);
+}
+
+/// Share of a light that reaches the points, whose surface has normal n, at an angle of that cosine to the light: what
+/// its maps, of which there is at least one, let through.
+template <typename Isa>
+CAMRIG_LANES Lanes lit_share(std::span<const ShadowInView> maps, bool has_movers, const Lanes3& position,
+                             const Lanes3& n, Lanes cosine) {
+    if (maps.size() == 1) return share_in_map<Isa>(maps.front(), has_movers, position, n, cosine);
+    // Sides of a cube overlap by more than a filter reaches: of two that see a point one is right, and the other lacks
+    // at most what is before the point.
+    Lanes least = lanes(1.0f);
+    for (const ShadowInView& map : maps) {
+        const ShadowPlace place = shadow_place(map, position);
+        const IntLanes is_seen =
+            (min(place.column, place.row) > 0.0f) & (max(place.column, place.row) < static_cast<float>(shadow_stride));
+        if (Isa::bits(is_seen) == 0) continue;
+        const Lanes share = share_in_map<Isa>(map, has_movers, position, n, cosine);
+        least = is_seen ? min(least, share) : least;
+    }
+    return least;
 }
 
 }  // namespace camrig::render::software

@@ -19,11 +19,12 @@ inline constexpr std::size_t shadow_texels_of_map = static_cast<std::size_t>(sha
 inline constexpr int shadow_tile = 16;
 inline constexpr int shadow_tiles = shadow_stride / shadow_tile;
 
-/// The map of a light for one view. Depth in it is reversed: what is nearer to the light has more.
+/// A map of a light for one view; those of one light come after each other. Depth in it is reversed: what is nearer to
+/// the light has more.
 struct ShadowInView {
     std::size_t light = 0;  ///< into the scene's lights
     /// Of a point in the optical frame: column and row in texels with the pad, depth, and w that all three are divided
-    /// by: the distance from a spot, else 1.
+    /// by: the distance from a local light along the map's axis, else 1.
     std::array<glm::vec4, 4> rows{};
     float texel_m = 0.0f, texel_per_m = 0.0f;  ///< as of ShadowView
     const float* texels = nullptr;  ///< of what stands still; behind them come as many of that and of what moves

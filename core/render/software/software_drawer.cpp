@@ -100,8 +100,7 @@ bool SoftwareDrawer::is_plain(const View& view, frame::FrameKind kind) {
 
 bool SoftwareDrawer::can_draw(const View& view, frame::FrameKind kind) {
     if (!is_plain(view, kind)) return false;
-    return view.spec->lens.model == camera::LensModel::pinhole ||
-           (scene_.has_only_triangles() && lens_of(view).has_value());
+    return view.spec->lens.model == camera::LensModel::pinhole || lens_of(view).has_value();
 }
 
 scene::SceneView SoftwareDrawer::scene_view_of(const View& view, world::Quality quality) {

@@ -46,8 +46,6 @@ public:
     /// centres.
     static bool has_areas(const View& view);
     const world::SnapshotRef& snapshot() const { return scene_.snapshot(); }
-    /// Of the present instant; points and lines are not drawn through a lens.
-    bool has_only_triangles() const { return scene_.has_only_triangles(); }
     /// Whether such a picture of a view of the present instant can be drawn here.
     bool can_draw(const View& view, frame::FrameKind kind = frame::FrameKind::color);
     /// Appends the frames of the views that are wanted and can be drawn here, in the order of views and kinds.

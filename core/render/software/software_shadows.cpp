@@ -18,14 +18,14 @@ constexpr PixelRect all_texels{shadow_pad, shadow_pad, shadow_pad + shadow_map_s
 /// What nothing is before.
 constexpr float empty_texel = -std::numeric_limits<float>::infinity();
 
-/// Depth reversed, along the map's axis: scale * z + shift, where z counts from the middle of the map or, for a spot,
-/// from it and all is divided by z.
+/// Depth reversed, along the map's axis: scale * z + shift, where z counts from the middle of the map or, for a local
+/// light, from it and all is divided by z.
 struct DepthRow {
     double scale, shift;
 };
 DepthRow depth_row(const ShadowView& view) {
     const double scale = view.clip_from_map[2][2], shift = view.clip_from_map[3][2];
-    return view.is_spot ? DepthRow{1.0 - scale, -shift} : DepthRow{-scale, 1.0 - shift};
+    return view.is_local ? DepthRow{1.0 - scale, -shift} : DepthRow{-scale, 1.0 - shift};
 }
 
 /// What the light sees, as a picture of its own.
@@ -36,11 +36,11 @@ ViewTransform transform_of(const ShadowView& view) {
     made.optical_from_world = view.map_from_world;
     made.size = {shadow_stride, shadow_stride};
     made.intrinsics.cx = made.intrinsics.cy = half - 0.5 + shadow_pad;
-    if (view.is_spot) {
+    if (view.is_local) {
         made.eye = view.origin;
         made.intrinsics.fx = half * view.clip_from_map[0][0];
         made.intrinsics.fy = half * view.clip_from_map[1][1];
-        made.near_m = nearest_spot_caster_m;
+        made.near_m = nearest_local_caster_m;
         made.depth_scale = depth.scale;
         made.depth_shift = depth.shift;
         return made;
@@ -191,7 +191,7 @@ std::vector<ShadowInView> SoftwareShadows::in_view(const ViewTransform& t) const
         glm::dmat4 map_from_optical(view.map_from_world * glm::transpose(t.optical_from_world));
         map_from_optical[3] = glm::dvec4(view.map_from_world * (t.eye - view.origin), 1.0);
         const glm::dmat4 rows = glm::transpose(map_from_optical);  // x, y and z in the map, and 1
-        const glm::dvec4 w = view.is_spot ? rows[2] : rows[3];
+        const glm::dvec4 w = view.is_local ? rows[2] : rows[3];
         const auto across = [&](int axis) {
             return 0.5 * shadow_map_side * (view.clip_from_map[axis][axis] * rows[axis] + w) + double{shadow_pad} * w;
         };

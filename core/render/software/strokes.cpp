@@ -9,25 +9,29 @@
 namespace camrig::render::software {
 namespace {
 
-constexpr std::int32_t half = subpixels / 2;
+constexpr std::int32_t half_pixel = subpixels / 2;
 
 std::int32_t middle_of_pixel(std::int32_t at) {
-    return (at + half) & -subpixels;
+    return (at + half_pixel) & -subpixels;
 }
 
 /// Where the line reaches to or from along its longer direction, in which it runs up or down: to the middle of the
 /// pixel whose diamond the end lies in, if it is past that.
 std::int32_t reach_of(std::int32_t along, std::int32_t across, bool runs_up) {
     const std::int32_t past = along - middle_of_pixel(along);
-    const bool is_in_diamond = std::abs(past) + std::abs(across - middle_of_pixel(across)) < half;
+    const bool is_in_diamond = std::abs(past) + std::abs(across - middle_of_pixel(across)) < half_pixel;
     return is_in_diamond && (runs_up ? past > 0 : past < 0) ? along - past : along;
 }
+
+}  // namespace
 
 VertexValues between(const VertexValues& a, const VertexValues& b, double share) {
     const auto to = static_cast<float>(share), from = 1.0f - to;
     VertexValues made{.position = a.position + (b.position - a.position) * share,
                       .normal = a.normal * from + b.normal * to,
                       .color = a.color * from + b.color * to,
+                      .local = a.local * from + b.local * to,
+                      .local_ahead = a.local_ahead * from + b.local_ahead * to,
                       .coordinates = {},
                       .light = a.light * from + b.light * to,
                       .light_behind = a.light_behind * from + b.light_behind * to,
@@ -37,15 +41,21 @@ VertexValues between(const VertexValues& a, const VertexValues& b, double share)
     return made;
 }
 
-}  // namespace
+VertexValues ViewGeometry::end_of_stroke(const ViewDraw& draw, std::uint32_t vertex) const {
+    VertexValues values = values_of(draw, vertex);
+    values.position = glm::dvec3(draw.optical_from_local * glm::dvec4(draw.positions[vertex], 1.0));
+    return values;
+}
 
 void ViewGeometry::add_strokes(const ViewDraw& draw) {
+    // They have no back, and no neighbours.
+    const TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
+                            .first_vertex = draw.first_vertex,
+                            .is_double_sided = true,
+                            .keeps_thin = has_outlines_};
+    if (rays_ != nullptr) return add_ray_strokes(draw, rule);
     const world::Primitive& source = *draw.primitive->source;
-    const auto end_of = [&](std::uint32_t vertex) {
-        VertexValues values = values_of(draw, vertex);
-        values.position = glm::dvec3(draw.optical_from_local * glm::dvec4(draw.positions[vertex], 1.0));
-        return values;
-    };
+    const auto end_of = [&](std::uint32_t vertex) { return end_of_stroke(draw, vertex); };
     vertices_.resize(vertices_.size() + draw.vertex_count);  // the mesh's own, which nothing shows
     for (auto& corners : made_by_clipping_) corners.clear();
     if (source.topology == world::Topology::points) {
@@ -54,11 +64,6 @@ void ViewGeometry::add_strokes(const ViewDraw& draw) {
         for (std::size_t i = 0; i + 1 < source.indices.size(); i += 2)
             add_line(draw, end_of(source.indices[i]), end_of(source.indices[i + 1]));
     }
-    // They have no back, and no neighbours.
-    const TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
-                            .first_vertex = draw.first_vertex,
-                            .is_double_sided = true,
-                            .keeps_thin = has_outlines_};
     outside_.assign(vertices_.size() - draw.first_vertex, 0);
     assemble(made_by_clipping_, vertices_.data() + draw.first_vertex, outside_.data(), rule, wide_lanes_,
              outline_scratch_, triangles_, to_clip_);
@@ -72,7 +77,7 @@ void ViewGeometry::add_point(const ViewDraw& draw, const VertexValues& point) {
     }
     const ScreenVertex at = on_screen(point.position);
     // A middle that is half a pixel before the point is in, one half a pixel behind it is not.
-    constexpr std::int32_t before = half - 1, behind = half + 1;
+    constexpr std::int32_t before = half_pixel - 1, behind = half_pixel + 1;
     add_quad(draw, {{{at, &point, -before, -before},
                      {at, &point, -before, behind},
                      {at, &point, behind, behind},
@@ -107,7 +112,7 @@ void ViewGeometry::add_line(const ViewDraw& draw, const VertexValues& from, cons
     const auto& [low, low_values] = runs_up ? std::pair(a, &begin) : std::pair(b, &end);
     const auto& [high, high_values] = runs_up ? std::pair(b, &end) : std::pair(a, &begin);
     // So that its front is seen.
-    const std::int32_t side = is_steep ? half : -half;
+    const std::int32_t side = is_steep ? half_pixel : -half_pixel;
     add_quad(draw, {{corner(low, *low_values, side), corner(low, *low_values, -side), corner(high, *high_values, -side),
                      corner(high, *high_values, side)}});
 }
@@ -120,6 +125,10 @@ void ViewGeometry::add_quad(const ViewDraw& draw, const std::array<QuadCorner, 4
         vertex.y += corner.dy;
         clipped_.push_back(*corner.values);
     }
+    add_halves(first);
+}
+
+void ViewGeometry::add_halves(std::uint32_t first) {
     for (const std::uint32_t second : {1u, 2u}) {
         const std::array<std::uint32_t, 3> half_of_it{first, first + second, first + second + 1};
         for (std::size_t c = 0; c < 3; ++c) made_by_clipping_[c].push_back(half_of_it[c]);
