@@ -6,7 +6,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/base/clock.h"
 #include "core/camera/lens_map.h"
 #include "core/render/composed_renderer.h"
 #include "core/render/null_renderer.h"
@@ -59,17 +58,19 @@ public:
     }
 };
 
-/// A picture costs what its camera's next number says, the last one from then on.
+/// A picture takes what its camera's next number says, the last one from then on.
 class Listed final : public Wrapped {
 public:
     using Costs = std::map<CameraId, std::vector<TimeNs>>;
-    Listed(std::unique_ptr<render::Renderer> inner, Costs& costs) : Wrapped(std::move(inner)), costs_(costs) {}
+    Listed(std::unique_ptr<render::Renderer> inner, Costs& costs, TimeNs& now_ns)
+        : Wrapped(std::move(inner)), costs_(costs), now_ns_(now_ns) {}
     Result<Finished> draw(const world::SnapshotRef& snapshot, TimeNs monotonic_ns,
                           std::span<const render::View> views) override {
         auto finished = Wrapped::draw(snapshot, monotonic_ns, views);
         for (std::size_t i = 0; i < views.size(); ++i) {
             auto& costs = costs_[views[i].camera];
             finished->cost_ns[i] = costs.front();
+            now_ns_ += costs.front();
             if (costs.size() > 1) costs.erase(costs.begin());
         }
         return finished;
@@ -77,6 +78,7 @@ public:
 
 private:
     Costs& costs_;
+    TimeNs& now_ns_;
 };
 
 /// Draws nothing: there is no memory.
@@ -88,11 +90,11 @@ public:
     }
 };
 
-/// A lane that draws when the test says so, on its thread.
+/// A lane that draws when the test says so, on its thread and by its clock.
 class HeldLane final : public DrawLane {
 public:
-    HeldLane(std::unique_ptr<render::Renderer> renderer, std::shared_ptr<DrawnTasks> drawn)
-        : renderer_(std::move(renderer)), drawn_(std::move(drawn)) {}
+    HeldLane(std::unique_ptr<render::Renderer> renderer, std::shared_ptr<DrawnTasks> drawn, const TimeNs& now_ns)
+        : renderer_(std::move(renderer)), drawn_(std::move(drawn)), now_ns_(now_ns) {}
 
     void post(DrawTask task) override { tasks_.push_back(std::move(task)); }
     render::RenderCounters counters() const override { return renderer_->counters(); }
@@ -107,8 +109,9 @@ public:
     /// Draws all that was posted.
     void draw() {
         for (DrawTask& task : tasks_) {
+            const TimeNs start_ns = now_ns_;
             task.draw(*renderer_);
-            drawn_->put(std::move(task.done));
+            drawn_->put([done = std::move(task.done), spent_ns = now_ns_ - start_ns] { done(spent_ns); });
         }
         tasks_.clear();
     }
@@ -117,6 +120,7 @@ public:
 private:
     std::unique_ptr<render::Renderer> renderer_;
     std::shared_ptr<DrawnTasks> drawn_;
+    const TimeNs& now_ns_;
     std::string description_ = "held";
     std::vector<DrawTask> tasks_;
 };
@@ -129,7 +133,7 @@ protected:
     void SetUp() override {
         std::vector<std::unique_ptr<DrawLane>> lanes;
         for (HeldLane*& lane : lane_) {
-            auto made = std::make_unique<HeldLane>(make_renderer(), finished);
+            auto made = std::make_unique<HeldLane>(make_renderer(), finished, now_ns);
             lane = made.get();
             lanes.push_back(std::move(made));
         }
@@ -146,7 +150,7 @@ protected:
                                 .next_request = [this]() -> std::optional<DrawTask> {
                                     if (requests == 0) return std::nullopt;
                                     --requests;
-                                    return DrawTask{[](render::Renderer&) {}, [this] { ++answered; }};
+                                    return DrawTask{[](render::Renderer&) {}, [this](TimeNs) { ++answered; }};
                                 }});
     }
     render::View view(std::uint32_t camera, world::Quality quality = world::Quality::simple,
@@ -169,18 +173,19 @@ protected:
         auto snapshot = std::make_shared<world::Snapshot>();
         snapshot->world_ns = instant++;
         snapshot->statics = statics;
-        desk->add({std::move(snapshot), monotonic_now_ns(), std::move(views), true});
-        desk->dispatch(monotonic_now_ns());
+        desk->add({std::move(snapshot), now_ns, std::move(views), true});
+        desk->dispatch(now_ns);
     }
     void take_finished() {
         desk->take_finished();
-        desk->dispatch(monotonic_now_ns());
+        desk->dispatch(now_ns);
     }
 
     using Drawn = std::pair<std::string, std::int64_t>;
     std::shared_ptr<frame::FramePool> pool = std::make_shared<frame::FramePool>();
     std::shared_ptr<DrawnTasks> finished = std::make_shared<DrawnTasks>(max_draw_tasks);
     std::shared_ptr<const world::StaticSet> statics = std::make_shared<world::StaticSet>();
+    TimeNs now_ns = 0;  ///< CLOCK_MONOTONIC of the test: it goes on where something is drawn that takes time
     std::array<HeldLane*, 2> lane_{};
     std::vector<Drawn> drawn;
     std::vector<std::pair<std::string, stream::DropReason>> dropped;
@@ -271,7 +276,7 @@ TEST_F(DrawDeskTest, WhoLeavesAGroupIsDrawnOnItsOwn) {
 TEST_F(DrawDeskTest, RequestsAreDrawnBesideRunningCameras) {
     requests = 2;
     desk->set_requests(true);
-    desk->dispatch(monotonic_now_ns());
+    desk->dispatch(now_ns);
     fall_due({view(1)});
     EXPECT_EQ(lane_[0]->tasks(), 1U);
     EXPECT_EQ(lane_[1]->tasks(), 1U);
@@ -313,7 +318,7 @@ TEST_F(ExhaustedDrawDeskTest, MemoryThatRunsOutIsAnErrorOfEachPictureAndNotTheEn
 class ListedDrawDeskTest : public DrawDeskTest {
 protected:
     std::unique_ptr<render::Renderer> make_renderer() override {
-        return std::make_unique<Listed>(std::make_unique<render::NullRenderer>(pool), costs);
+        return std::make_unique<Listed>(std::make_unique<render::NullRenderer>(pool), costs, now_ns);
     }
     /// More instants than can be drawn: a lane has drawn a turn when the third one is due.
     void run(int instants) {
