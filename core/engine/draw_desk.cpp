@@ -79,10 +79,10 @@ int DrawDesk::class_of(const GroupName& name) const {
 void DrawDesk::note_settings(const render::View& view) {
     Camera& camera = cameras_[view.camera];
     const ImageSize size = view.spec->size;
-    const bool is_plain = lanes_.front().lane->renderer().is_plain(view);
+    const bool is_plain = lanes_.front().lane->is_plain(view);
     if (camera.size != size || camera.quality != view.quality || camera.is_plain != is_plain) {
         camera.cpu_ns.fill(0);
-        camera.expected_ns = lanes_.front().lane->renderer().expected_cost_ns(view);
+        camera.expected_ns = lanes_.front().lane->expected_cost_ns(view);
         camera.size = size;
         camera.quality = view.quality;
         camera.is_plain = is_plain;

@@ -68,7 +68,7 @@ public:
     bool has_one_lane() const { return lanes_.size() == 1; }
 
     bool makes(frame::PixelFormat format, const render::View& view) const {
-        return lanes_.front().lane->renderer().makes(format, view);
+        return lanes_.front().lane->makes(format, view);
     }
     render::RenderCounters counters() const;
     /// Of all drawing. Shared with the lanes, which may still draw when the desk goes.

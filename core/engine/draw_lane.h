@@ -35,9 +35,15 @@ public:
     virtual void post(DrawTask task) = 0;
     /// As of the end of the last task. Any thread.
     virtual render::RenderCounters counters() const = 0;
-    /// For what any thread may ask a renderer.
-    virtual const render::Renderer& renderer() const = 0;
-    /// Of the renderer as it was at first.
+    /// Whether the lane's renderer gives colour pictures of this view in that format (Renderer::makes).
+    virtual bool makes(frame::PixelFormat format, const render::View& view) const = 0;
+    /// Whether it draws the view's colour with what it draws best, and nothing dear is set up for it
+    /// (Renderer::is_plain).
+    virtual bool is_plain(const render::View& view) const = 0;
+    /// What its first picture may cost (Renderer::expected_cost_ns).
+    virtual TimeNs expected_cost_ns(const render::View& view) const = 0;
+    /// Whether a second lane with such a renderer draws beside it (Renderer::is_on_cpu).
+    virtual bool wants_second() const = 0;
     virtual const std::string& description() const = 0;
 };
 
@@ -58,7 +64,12 @@ public:
 
     void post(DrawTask task) override;
     render::RenderCounters counters() const override;
-    const render::Renderer& renderer() const override { return *renderer_; }
+    bool makes(frame::PixelFormat format, const render::View& view) const override {
+        return renderer_->makes(format, view);
+    }
+    bool is_plain(const render::View& view) const override { return renderer_->is_plain(view); }
+    TimeNs expected_cost_ns(const render::View& view) const override { return renderer_->expected_cost_ns(view); }
+    bool wants_second() const override { return renderer_->is_on_cpu(); }
     const std::string& description() const override { return description_; }
 
 private:

@@ -28,7 +28,7 @@ Result<std::vector<std::unique_ptr<DrawLane>>> start_lanes(const render::Rendere
     auto first = ThreadedLane::start({"camrig-draw", 0}, make, drawn);
     if (!first) return std::unexpected(first.error());
     lanes.push_back(std::move(*first));
-    if (!lanes.front()->renderer().is_on_cpu()) return lanes;
+    if (!lanes.front()->wants_second()) return lanes;
     auto second = ThreadedLane::start({"camrig-draw-2", dear_niceness}, make, drawn);
     if (!second) return std::unexpected(second.error());
     lanes.push_back(std::move(*second));

@@ -95,7 +95,12 @@ public:
 
     void post(DrawTask task) override { tasks_.push_back(std::move(task)); }
     render::RenderCounters counters() const override { return renderer_->counters(); }
-    const render::Renderer& renderer() const override { return *renderer_; }
+    bool makes(frame::PixelFormat format, const render::View&) const override {
+        return format == frame::PixelFormat::rgba8;
+    }
+    bool is_plain(const render::View& view) const override { return renderer_->is_plain(view); }
+    TimeNs expected_cost_ns(const render::View& view) const override { return renderer_->expected_cost_ns(view); }
+    bool wants_second() const override { return true; }
     const std::string& description() const override { return description_; }
 
     /// Draws all that was posted.

@@ -17,7 +17,12 @@ public:
         drawn_->put([done = std::move(task.done), spent_ns = monotonic_now_ns() - start_ns] { done(spent_ns); });
     }
     render::RenderCounters counters() const override { return renderer_->counters(); }
-    const render::Renderer& renderer() const override { return *renderer_; }
+    bool makes(frame::PixelFormat format, const render::View& view) const override {
+        return renderer_->makes(format, view);
+    }
+    bool is_plain(const render::View& view) const override { return renderer_->is_plain(view); }
+    TimeNs expected_cost_ns(const render::View& view) const override { return renderer_->expected_cost_ns(view); }
+    bool wants_second() const override { return renderer_->is_on_cpu(); }
     const std::string& description() const override { return description_; }
 
 private:
