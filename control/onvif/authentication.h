@@ -48,7 +48,7 @@ private:
     /// False: it was there already.
     bool remember(const std::string& digest);
     std::string http_nonce(TimeNs made_ns) const;
-    /// Whose password `is_right` says of: the user of that name, or who holds the token.
+    /// The role of the user of that name, or of who holds the token, if `is_right` says so of the password.
     template <typename IsRight>
     std::optional<Role> find(std::string_view name, IsRight is_right) const;
 

@@ -16,6 +16,7 @@
 #include <openssl/rand.h>
 #include <poll.h>
 #include <pthread.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -156,7 +157,8 @@ void DiscoveryServer::run() {
     ::pthread_setname_np(::pthread_self(), "camrig-discover");
     while (!changes_.is_closed()) {
         pollfd ready[] = {{questions_.get(), POLLIN, 0}, {wake_.get(), POLLIN, 0}};
-        if (::poll(ready, 2, -1) < 0 && errno != EINTR) return;
+        if (::poll(ready, 2, -1) < 0 && errno != EINTR)
+            return spdlog::error("{}", failed("devices are not found from now on").message);
         eventfd_t ignored = 0;
         ::eventfd_read(wake_.get(), &ignored);
         tell_changes();

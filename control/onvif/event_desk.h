@@ -75,7 +75,8 @@ private:
 
     engine::CommandPort& commands_;
     stream::FrameFetcher& frames_;
-    /// Outlives the desk in what the rig has yet to answer, which the desk bounds by what it asks.
+    /// Shared with the requests that the rig has yet to answer, which may outlive the desk. It has no limit: the desk
+    /// bounds how much it asks.
     const std::shared_ptr<Answers> answers_ = std::make_shared<Answers>(0);
     std::mutex mutex_;  ///< of all that follows; it is never held in a call to others
     PullPoints points_;
@@ -83,7 +84,8 @@ private:
     std::map<std::string, Camera> cameras_;
     std::map<std::string, TimeNs> pulses_;  ///< of inputs; when they end, or 0
     std::size_t fetches_ = 0;
-    /// Of being subscribed to, and of pictures being wanted: answers of an earlier one are of no account.
+    /// Counted up when the first client subscribes, and when pictures are wanted again: what the rig answers to questions
+    /// of an earlier round is ignored.
     std::uint64_t round_ = 0, picture_round_ = 0;
     TimeNs next_look_ns_ = 0, next_wait_ns_ = 0;
     bool lists_ = false, waits_ = false;

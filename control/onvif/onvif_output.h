@@ -20,8 +20,8 @@ public:
     explicit DevicePorts(std::string address) : address_(std::move(address)) {}
     /// unavailable: another program has it. One that is held is not asked for: it is the rig's.
     Result<void> check(std::uint16_t port);
-    /// From the wish to open it, before it is open, until it is closed or could not be opened. As one device may close
-    /// it after another has wished to open it, it is held as often as it was held and not released.
+    /// A port is held from when it is going to be opened until it is closed or could not be opened. Calls are counted:
+    /// one device may close the port that another is going to open.
     void hold(std::uint16_t port);
     void release(std::uint16_t port);
 
@@ -37,13 +37,14 @@ OutputFamily onvif_family(std::shared_ptr<DevicePorts> ports);
 class OnvifPorts final : public stream::CameraObserver {
 public:
     using Done = std::function<void(bool)>;
-    /// None waits, and all outlive the bus's last word to this. What is done is done in the order of the calls.
+    /// What opens and closes ports: the server. None of them blocks, and what they ask for is done in the order of the
+    /// calls. They must work until this is destroyed.
     struct Doors {
         /// `done` is told whether it is open.
         std::function<void(const std::string& camera, std::uint16_t port, Done done)> open;
         /// `done` is told whether it was open.
         std::function<void(const std::string& camera, std::uint16_t port, Done done)> close;
-        /// Whether the camera can be found there, once that is so. Empty: nobody is told.
+        /// Tells those who look for devices that the camera is at this port, or no longer. Empty: nobody is told.
         std::function<void(const std::string& camera, std::uint16_t port, bool is_there)> tell = {};
     };
     /// The bus outlives this.

@@ -11,6 +11,7 @@
 
 #include "control/rpc/json_rpc.h"
 #include "core/base/json_reader.h"
+#include "core/base/write_file.h"
 
 namespace camrig::control {
 namespace {
@@ -137,9 +138,10 @@ Result<std::filesystem::path> save_world(const LogPlace& log, const std::string&
     if (failed) return give_up(failed.message());
     const std::string line = json{{"camrig_save", 1}, {"world_ns", state.world_ns}, {"hash", state.hash}}.dump() + "\n";
     const UniqueFd end(::open(part.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
-    if (!end || ::write(end.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
-        ::fsync(end.get()) != 0)
-        return give_up(std::strerror(errno));
+    if (!end) return give_up(std::strerror(errno));
+    if (auto written = write_all(end.get(), std::as_bytes(std::span(line)), part.string()); !written)
+        return give_up(written.error().message);
+    if (::fsync(end.get()) != 0) return give_up(std::strerror(errno));
     std::filesystem::rename(part, file, failed);
     if (failed) return give_up(failed.message());
     return file;
@@ -156,10 +158,10 @@ void CommandLogWriter::note(TimeNs at_ns, const std::string& text) {
 void CommandLogWriter::write(const std::string& line) {
     if (!file_) return;
     bytes_ += line.size();
-    if (bytes_ <= max_log_bytes && ::write(file_.get(), line.data(), line.size()) == static_cast<ssize_t>(line.size()))
-        return;
-    spdlog::error("{}: the log of commands ends here: {}", name_,
-                  bytes_ > max_log_bytes ? "it has 1 GiB" : std::strerror(errno));
+    const auto written = bytes_ > max_log_bytes ? error(ErrorKind::resource_exhausted, name_ + ": it has 1 GiB")
+                                                : write_all(file_.get(), std::as_bytes(std::span(line)), name_);
+    if (written) return;
+    spdlog::error("{}; the log of commands ends here", written.error().message);
     file_.reset();
 }
 

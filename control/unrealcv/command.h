@@ -22,7 +22,7 @@ public:
     Body(std::string text) : text_(std::move(text)) {}
     Body(codec::BytesRef file) : file_(std::move(file)) {}
 
-    /// As long as it lives.
+    /// They live as long as the body.
     std::string_view bytes() const {
         return file_ ? std::string_view(reinterpret_cast<const char*>(file_->data()), file_->size()) : text_;
     }

@@ -22,8 +22,8 @@ namespace camrig::unrealcv {
 enum class FileType : std::uint8_t { png, bmp, npy };
 std::optional<FileType> file_type(std::string_view ending);
 
-/// What files of pictures are made with, each of what an earlier one has done with: megabytes that are mapped anew for
-/// each picture take longer than to fill them. Any thread.
+/// Buffers and encoders for files of pictures, used again by later ones: to map megabytes anew for each picture takes
+/// longer than to fill them. Any thread.
 class PictureMemory {
 public:
     std::shared_ptr<std::vector<std::byte>> file() { return files_.acquire(); }

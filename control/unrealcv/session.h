@@ -96,7 +96,7 @@ public:
     // What the commands are made of.
     DoorState& door() { return door_; }
     std::string viewmode = "lit";
-    /// So many commands are of one moment, whenever they come.
+    /// The next `count` commands see one moment, however late they come (vbatch).
     void begin_vbatch(int count) { vbatch_left_ = count; }
 
     /// The rig's answer to a command of the engine.

@@ -14,6 +14,7 @@
 
 #include "core/base/private_folder.h"
 #include "core/base/unique_fd.h"
+#include "core/base/write_file.h"
 
 namespace camrig {
 namespace {
@@ -46,15 +47,9 @@ Result<CommandKeyFile> CommandKeyFile::create(std::string_view key, std::string_
     if (auto made = make_private_folder(user_runtime_folder()); !made) return std::unexpected(made.error());
     // A new file takes the old one's place in one step: a client sees one key or the other, never half of one.
     const std::string path = command_key_path(address, port);
-    std::string temporary = path + ".XXXXXX";
-    const UniqueFd file(::mkostemp(temporary.data(), O_CLOEXEC));  // mode 0600
     const std::string line = std::string(key) + "\n";
-    if (!file || ::write(file.get(), line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
-        ::rename(temporary.c_str(), path.c_str()) != 0) {
-        const int why = errno;
-        if (file) ::unlink(temporary.c_str());
-        return error(ErrorKind::unavailable, path + ": cannot be written: " + std::strerror(why));
-    }
+    if (auto written = write_atomically(path, std::as_bytes(std::span(line)), 0600); !written)
+        return std::unexpected(written.error());
     return CommandKeyFile(path);
 }
 

@@ -1,10 +1,10 @@
 #include "core/base/write_file.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <string>
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -12,24 +12,35 @@
 
 namespace camrig {
 
-Result<void> write_atomically(const std::filesystem::path& file, std::span<const std::byte> bytes) {
-    std::string temporary = file.string() + ".XXXXXX";
-    const auto failed = [&] {
-        Error why{ErrorKind::unavailable, file.string() + ": cannot be written: " + std::strerror(errno)};
-        ::unlink(temporary.c_str());
-        return std::unexpected(std::move(why));
-    };
-    UniqueFd fd(::mkstemp(temporary.data()));
-    if (!fd) return failed();
-    for (std::size_t done = 0; done < bytes.size();) {
-        const ssize_t count = ::write(fd.get(), bytes.data() + done, bytes.size() - done);
-        if (count < 0 && errno != EINTR) return failed();
-        done += static_cast<std::size_t>(std::max<ssize_t>(count, 0));
+namespace {
+
+Error cannot_write(const std::string& name) {
+    return {ErrorKind::unavailable, name + ": cannot be written: " + std::strerror(errno)};
+}
+
+}  // namespace
+
+Result<void> write_all(int fd, std::span<const std::byte> bytes, const std::string& name) {
+    while (!bytes.empty()) {
+        const ssize_t count = ::write(fd, bytes.data(), bytes.size());
+        if (count < 0 && errno == EINTR) continue;
+        if (count < 0) return std::unexpected(cannot_write(name));
+        bytes = bytes.subspan(static_cast<std::size_t>(count));
     }
+    return {};
+}
+
+Result<void> write_atomically(const std::filesystem::path& file, std::span<const std::byte> bytes, mode_t mode) {
+    std::string temporary = file.string() + ".XXXXXX";
+    const UniqueFd fd(::mkostemp(temporary.data(), O_CLOEXEC));
+    if (!fd) return std::unexpected(cannot_write(file.string()));
+    auto written = write_all(fd.get(), bytes, file.string());
     const mode_t mask = ::umask(0);
     ::umask(mask);
-    if (::fchmod(fd.get(), 0666 & ~mask) != 0 || ::rename(temporary.c_str(), file.c_str()) != 0) return failed();
-    return {};
+    if (written && (::fchmod(fd.get(), mode & ~mask) != 0 || ::rename(temporary.c_str(), file.c_str()) != 0))
+        written = std::unexpected(cannot_write(file.string()));
+    if (!written) ::unlink(temporary.c_str());
+    return written;
 }
 
 }  // namespace camrig

@@ -61,25 +61,18 @@ Result<Intrinsics> intrinsics_from_matrix(const json& value, const std::string& 
 }
 
 Result<Lens> lens_of_model(LensModel model, std::vector<double> k, const std::string& key) {
-    const std::string name(to_string(model));
-    Result<Lens> lens = error(ErrorKind::internal, "");
-    switch (model) {
-        case LensModel::pinhole:
-            lens = make_lens(model, k);
-            break;
-        case LensModel::equidistant:
-            lens = make_lens(model, k);
-            break;
-        case LensModel::plumb_bob:
-            if (k.size() != 4 && k.size() != 5)
-                return bad_value(key, "plumb_bob takes 5 numbers (k1 k2 p1 p2 k3), not " + std::to_string(k.size()));
-            return lens_from_opencv(std::move(k), key);
-        case LensModel::rational_polynomial:
-            if (k.size() < 8)
-                return bad_value(key, "rational_polynomial takes 8 numbers (k1 k2 p1 p2 k3 k4 k5 k6), not " +
-                                          std::to_string(k.size()));
-            return lens_from_opencv(std::move(k), key);
+    if (model == LensModel::plumb_bob) {
+        if (k.size() != 4 && k.size() != 5)
+            return bad_value(key, "plumb_bob takes 5 numbers (k1 k2 p1 p2 k3), not " + std::to_string(k.size()));
+        return lens_from_opencv(std::move(k), key);
     }
+    if (model == LensModel::rational_polynomial) {
+        if (k.size() < 8)
+            return bad_value(
+                key, "rational_polynomial takes 8 numbers (k1 k2 p1 p2 k3 k4 k5 k6), not " + std::to_string(k.size()));
+        return lens_from_opencv(std::move(k), key);
+    }
+    auto lens = make_lens(model, k);
     if (!lens) return at(key, lens.error());
     return lens;
 }

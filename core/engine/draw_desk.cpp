@@ -42,8 +42,7 @@ DrawnViews draw_views(render::Renderer& renderer, DueViews due, stream::StageTim
     } else {
         for (const render::View& view : due.views) drawn.failures.push_back({view.camera, finished.error()});
     }
-    drawn.wall_ns = monotonic_now_ns() - start_ns;
-    timer.record(drawn.wall_ns);
+    timer.record(monotonic_now_ns() - start_ns);
     drawn.due = std::move(due);
     return drawn;
 }
@@ -221,39 +220,33 @@ void DrawDesk::post_views(Lane& lane, int cost_class, TimeNs monotonic_ns) {
     lane.lane->post(
         {.draw = [drawn, timer = timer_, due = std::move(due)](
                      render::Renderer& renderer) mutable { *drawn = draw_views(renderer, std::move(due), *timer); },
-         .done = [this, &lane, cost_class, drawn] { finish_views(lane, cost_class, *drawn); }});
+         .done = [this, &lane, cost_class,
+                  drawn](TimeNs spent_ns) { finish_views(lane, cost_class, *drawn, spent_ns); }});
 }
 
 void DrawDesk::post_request(Lane& lane) {
     auto task = callbacks_.next_request();
     if (!task) return lane.queue.set_requests(false);
     ++lane.tasks;
-    const auto wall_ns = std::make_shared<TimeNs>();
-    lane.lane->post({.draw =
-                         [draw = std::move(task->draw), wall_ns](render::Renderer& renderer) {
-                             const TimeNs start_ns = monotonic_now_ns();
-                             draw(renderer);
-                             *wall_ns = monotonic_now_ns() - start_ns;
-                         },
-                     .done =
-                         [this, &lane, done = std::move(task->done), wall_ns] {
-                             --lane.tasks;
-                             charge(lane, DrawQueue::requests, *wall_ns);
-                             done();
-                         }});
+    lane.lane->post(
+        {.draw = std::move(task->draw), .done = [this, &lane, done = std::move(task->done)](TimeNs spent_ns) {
+             --lane.tasks;
+             charge(lane, DrawQueue::requests, spent_ns);
+             done(spent_ns);
+         }});
 }
 
-void DrawDesk::charge(Lane& lane, int one_class, TimeNs wall_ns) {
-    lane.queue.charge(one_class, wall_ns);
-    lane.all_ns += wall_ns;
-    if (one_class == DrawQueue::requests) lane.requests_ns += wall_ns;
+void DrawDesk::charge(Lane& lane, int one_class, TimeNs spent_ns) {
+    lane.queue.charge(one_class, spent_ns);
+    lane.all_ns += spent_ns;
+    if (one_class == DrawQueue::requests) lane.requests_ns += spent_ns;
 }
 
-void DrawDesk::finish_views(Lane& lane, int cost_class, DrawnViews& drawn) {
+void DrawDesk::finish_views(Lane& lane, int cost_class, DrawnViews& drawn, TimeNs spent_ns) {
     --lane.tasks;
-    charge(lane, cost_class, drawn.wall_ns);
+    charge(lane, cost_class, spent_ns);
     TimeNs& view_ns = lane.view_ns[static_cast<std::size_t>(cost_class)];
-    view_ns = smoothed(view_ns, drawn.wall_ns / static_cast<TimeNs>(drawn.due.views.size()));
+    view_ns = smoothed(view_ns, spent_ns / static_cast<TimeNs>(drawn.due.views.size()));
     for (std::size_t i = 0; i < drawn.due.views.size(); ++i) {
         const render::View& view = drawn.due.views[i];
         end_view(view);
@@ -301,18 +294,19 @@ void DrawDesk::forget(CameraId camera) {
 }
 
 void DrawDesk::forget(Lane& lane, CameraId camera) {
-    lane.lane->post({.draw = [camera](render::Renderer& renderer) { renderer.forget(camera); }, .done = [] {}});
+    lane.lane->post({.draw = [camera](render::Renderer& renderer) { renderer.forget(camera); }, .done = [](TimeNs) {}});
 }
 
 void DrawDesk::hand_over(Lane& lane, CameraId camera) {
-    lane.lane->post({.draw = [camera](render::Renderer& renderer) { renderer.hand_over(camera); }, .done = [] {}});
+    lane.lane->post(
+        {.draw = [camera](render::Renderer& renderer) { renderer.hand_over(camera); }, .done = [](TimeNs) {}});
 }
 
 void DrawDesk::begin_world(const world::SnapshotRef& snapshot) {
     for (Lane& lane : lanes_)
         lane.lane->post(
             {.draw = [snapshot](render::Renderer& renderer) { std::ignore = renderer.draw(snapshot, 0, {}); },
-             .done = [] {}});
+             .done = [](TimeNs) {}});
 }
 
 render::RenderCounters DrawDesk::counters() const {

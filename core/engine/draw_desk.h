@@ -16,11 +16,11 @@ struct DrawnViews {
     DueViews due;
     std::vector<frame::FrameRef> frames;
     std::vector<render::Renderer::Finished::Failure> failures;
-    TimeNs wall_ns = 0;
     std::vector<TimeNs> cost_ns;  ///< of each view (Renderer::Finished); empty where all failed
 };
 
-/// Draws views with a lane's renderer, on its thread, and notes the time. An error is a failure of each view.
+/// Draws views with a lane's renderer, on its thread, and notes the time for statistics. An error is a failure of each
+/// view.
 DrawnViews draw_views(render::Renderer& renderer, DueViews due, stream::StageTimer& timer);
 
 /// Hands out what is to be drawn: which lane, in which order, how much at once. Engine's thread.
@@ -129,8 +129,8 @@ private:
     void dispatch(Lane& lane, TimeNs monotonic_ns);
     void post_views(Lane& lane, int cost_class, TimeNs monotonic_ns);
     void post_request(Lane& lane);
-    void finish_views(Lane& lane, int cost_class, DrawnViews& drawn);
-    void charge(Lane& lane, int one_class, TimeNs wall_ns);
+    void finish_views(Lane& lane, int cost_class, DrawnViews& drawn, TimeNs spent_ns);
+    void charge(Lane& lane, int one_class, TimeNs spent_ns);
 
     std::vector<Lane> lanes_;
     const std::shared_ptr<DrawnTasks> finished_;

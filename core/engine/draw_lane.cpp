@@ -8,6 +8,8 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "core/base/clock.h"
+
 namespace camrig::engine {
 
 Result<std::unique_ptr<DrawLane>> ThreadedLane::start(const Options& options, MakeRenderer make,
@@ -44,14 +46,16 @@ void ThreadedLane::run(const Options& options, const MakeRenderer& make,
     started({});
 
     while (auto task = tasks_.wait()) {
+        const TimeNs start_ns = monotonic_now_ns();
         task->draw(*renderer_);
+        const TimeNs spent_ns = monotonic_now_ns() - start_ns;
         task->draw = nullptr;  // what it holds goes on this thread, before the engine hears of it
         const render::RenderCounters counters = renderer_->counters();
         {
             std::lock_guard lock(mutex_);
             counters_ = counters;
         }
-        CHECK(drawn_->put(std::move(task->done)));
+        CHECK(drawn_->put([done = std::move(task->done), spent_ns] { done(spent_ns); }));
     }
     renderer_.reset();
 }

@@ -10,6 +10,7 @@
 
 #include "core/base/bounded_queue.h"
 #include "core/base/result.h"
+#include "core/base/time.h"
 #include "core/render/renderer.h"
 
 namespace camrig::engine {
@@ -17,10 +18,11 @@ namespace camrig::engine {
 /// Something to draw, and what the engine does once it is drawn.
 struct DrawTask {
     std::function<void(render::Renderer&)> draw;  ///< on the lane's thread
-    std::function<void()> done;                   ///< afterwards, on the engine's
+    std::function<void(TimeNs spent_ns)> done;    ///< afterwards, on the engine's: the wall time that draw() took
 };
 
-/// What lanes have drawn, on its way back to the engine: DrawTask::done of each. Any thread puts, the engine's takes.
+/// What lanes have drawn, on its way back to the engine: a call of DrawTask::done for each. Any thread puts, the
+/// engine's takes.
 using DrawnTasks = BoundedQueue<std::function<void()>>;
 /// Whoever posts bounds how many there are (DrawDesk); so many are a bug.
 inline constexpr std::size_t max_draw_tasks = 1'000'000;

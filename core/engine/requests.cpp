@@ -312,7 +312,7 @@ DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
     return {.draw = [drawn, due = std::move(due), timer = rig_.drawing->timer()](
                         render::Renderer& renderer) mutable { *drawn = draw_views(renderer, std::move(due), *timer); },
             .done =
-                [this, waiter, drawn] {
+                [this, waiter, drawn](TimeNs spent_ns) {
                     if (drawn->frames.empty()) {
                         const Error why =
                             drawn->failures.empty() ? not_drawn(waiter->name) : drawn->failures.front().error;
@@ -326,32 +326,26 @@ DrawTask Requests::draw_picture(Waiters::iterator waiter, DueViews due) {
                             rig_.cameras.keep_colors(*entry, shown, drawn->frames);
                         rig_.bus.transcode_once(frame, waiter->picture.format, std::move(waiter->got_picture));
                     }
-                    end_drawing(waiter, drawn->wall_ns);
+                    end_drawing(waiter, spent_ns);
                 }};
 }
 
 DrawTask Requests::draw_truth(Waiters::iterator waiter, const CameraEntry& entry, DueViews due) {
-    struct Answer {
-        Result<TruthMade> truth;
-        TimeNs spent_ns = 0;
-    };
-    const auto answer = std::make_shared<Answer>();
+    const auto made = std::make_shared<Result<TruthMade>>();
     return {.draw =
-                [answer, standing = entry.standing, ground = waiter->ground, due = std::move(due),
-                 draw_time = rig_.drawing->timer(), truth_time = truth_time_](render::Renderer& renderer) {
-                    const TimeNs start_ns = monotonic_now_ns();
-                    answer->truth = or_out_of_memory(
-                        "finding the truth", [&] { return truth_of(renderer, due, ground, *standing, *draw_time); });
-                    answer->spent_ns = monotonic_now_ns() - start_ns;
-                    truth_time->record(answer->spent_ns);
+                [made, standing = entry.standing, ground = waiter->ground, due = std::move(due),
+                 draw_time = rig_.drawing->timer()](render::Renderer& renderer) {
+                    *made = or_out_of_memory("finding the truth",
+                                             [&] { return truth_of(renderer, due, ground, *standing, *draw_time); });
                 },
             .done =
-                [this, waiter, answer] {
+                [this, waiter, made](TimeNs spent_ns) {
                     const CameraEntry* const camera = rig_.cameras.find_id(waiter->camera);
-                    if (answer->truth && camera && !waiter->instant())
-                        (*answer->truth)->not_drawn = reason_not_drawn(*camera, (*answer->truth)->world_ns);
-                    waiter->got_truth(std::move(answer->truth));
-                    end_drawing(waiter, answer->spent_ns);
+                    if (*made && camera && !waiter->instant())
+                        (**made)->not_drawn = reason_not_drawn(*camera, (**made)->world_ns);
+                    waiter->got_truth(std::move(*made));
+                    truth_time_.record(spent_ns);
+                    end_drawing(waiter, spent_ns);
                 }};
 }
 

@@ -28,7 +28,7 @@ public:
     void add_awaited(const CameraEntry& entry, TimeNs world_ns, frame::PixelFormats& formats) const;
     /// The next time that turn() has something to do, if nothing else happens (CLOCK_MONOTONIC).
     TimeNs wake_time_ns() const;
-    const stream::StageTimer& truth_time() const { return *truth_time_; }
+    const stream::StageTimer& truth_time() const { return truth_time_; }
 
 private:
     /// Somebody who waits for a camera's frame of min_ns or later, or for its turn to have it drawn.
@@ -75,8 +75,7 @@ private:
     TimeNs cost_ns_ = 8 * ns_per_ms;  ///< what a request took lately, on average
     TimeNs turn_ns_ = 0;              ///< of the last turn()
     TimeNs from_ns_ = 0;              ///< until then the time is the readers' (CLOCK_MONOTONIC)
-    const std::shared_ptr<stream::StageTimer> truth_time_ =
-        std::make_shared<stream::StageTimer>();  ///< lanes write to it
+    stream::StageTimer truth_time_;
 };
 
 }  // namespace camrig::engine

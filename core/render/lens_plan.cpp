@@ -171,9 +171,9 @@ private:
     glm::dvec2 most_{max_density * std::max(camera_.intrinsics().fx, camera_.intrinsics().fy)};
 };
 
-SourceTile tile_of(const Survey& survey, int face, const camera::CameraModel& camera, int oversample) {
+SourceTile tile_of(const Survey& survey, int face, const camera::CameraModel& camera) {
     const Survey::Box& box = survey.box(face);
-    const glm::dvec2 focal = survey.focal(face) * static_cast<double>(oversample);
+    const glm::dvec2 focal = survey.focal(face);
     SourceTile tile{.tile_from_optical = survey.faces()[face].tile_from_optical};
     // On the camera's own plane, texels lie on pixels about the principal point as far as the lens lets them: nothing
     // is blurred there.
@@ -212,13 +212,12 @@ ImageSize pack(std::vector<SourceTile>& tiles, int max_side) {
     return source;
 }
 
-LensPlan layout(const Survey& survey, const camera::CameraModel& camera, const world::LensSampling& sampling,
-                const LensPlanLimits& limits) {
+LensPlan layout(const Survey& survey, const camera::CameraModel& camera, const LensPlanLimits& limits) {
     LensPlan plan;
     plan.method = survey.is_cube() ? world::LensMethod::cube : world::LensMethod::warp;
     plan.size = camera.size();
     for (int face = 0; face < 6; ++face) {
-        if (survey.box(face).is_used()) plan.tiles.push_back(tile_of(survey, face, camera, sampling.oversample));
+        if (survey.box(face).is_used()) plan.tiles.push_back(tile_of(survey, face, camera));
     }
     plan.source = pack(plan.tiles, limits.max_side);
     return plan;
@@ -289,13 +288,12 @@ Result<LensPlan> make_lens_plan(const camera::CameraModel& camera, const world::
     LensPlan plan;
     bool has_plan = false;
     if (try_plane) {
-        plan = layout(plane, camera, sampling, limits);
+        plan = layout(plane, camera, limits);
         has_plan = fits(plan, limits);
     }
-    const auto pixels = camera.size().pixels() * sampling.oversample * sampling.oversample;
-    const bool is_mild = has_plan && texels_of(plan) < mild_ratio * pixels;
+    const bool is_mild = has_plan && texels_of(plan) < mild_ratio * camera.size().pixels();
     if (sampling.method != world::LensMethod::warp && !is_mild && cube.measure()) {
-        LensPlan faces = layout(cube, camera, sampling, limits);
+        LensPlan faces = layout(cube, camera, limits);
         const bool is_smaller = plane_preference * static_cast<double>(texels_of(faces)) < texels_of(plan);
         if (!has_plan || is_smaller) {
             has_plan = fits(faces, limits);
@@ -303,11 +301,11 @@ Result<LensPlan> make_lens_plan(const camera::CameraModel& camera, const world::
         }
     }
     if (!has_plan) {
-        return error(ErrorKind::resource_exhausted,
-                     "lens: this picture needs a source of " + plan.source.to_string() +
-                         " texels and the device draws at most " + std::to_string(limits.max_side) + " a side and " +
-                         std::to_string(limits.max_texels >> 20) +
-                         " million in all; use a smaller size, less oversampling or less antialiasing");
+        return error(ErrorKind::resource_exhausted, "lens: this picture needs a source of " + plan.source.to_string() +
+                                                        " texels and the device draws at most " +
+                                                        std::to_string(limits.max_side) + " a side and " +
+                                                        std::to_string(limits.max_texels >> 20) +
+                                                        " million in all; use a smaller size or less antialiasing");
     }
     fill_map(plan, plan.method == world::LensMethod::cube ? cube : plane);
     return plan;

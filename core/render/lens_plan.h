@@ -26,8 +26,7 @@ struct SourceTile {
 ///
 /// `warp`: one pinhole picture with the camera's own axis, larger than the camera's. `cube`: up to six faces with 90
 /// deg between their axes, for fields that no single plane holds. Of each only what the camera sees, and a border for
-/// the filter. No side of a texel is longer than a pixel (times 1 / oversample) within 118 deg of the axis, so nothing
-/// is under-sampled.
+/// the filter. No side of a texel is longer than a pixel within 118 deg of the axis, so nothing is under-sampled.
 ///
 /// The map is exact: every pixel's ray is taken from CameraModel in double, and kept as a place in the source in fixed
 /// point with 16 binary places, so its rounding is the same 8e-6 texels everywhere, far from the float's 5e-4.

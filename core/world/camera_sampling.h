@@ -32,7 +32,6 @@ std::span<const Named<LensFilter>> names_of(std::type_identity<LensFilter>);
 struct LensSampling {
     LensMethod method = LensMethod::automatic;
     LensFilter filter = LensFilter::automatic;
-    int oversample = 1;  ///< source texels per pixel, along a side, at least
     friend bool operator==(const LensSampling&, const LensSampling&) = default;
 };
 FieldTable<LensSampling> fields_of(std::type_identity<LensSampling>);

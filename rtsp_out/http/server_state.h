@@ -39,7 +39,7 @@ struct ServerState {
     std::shared_ptr<std::atomic<std::size_t>> fetches = std::make_shared<std::atomic<std::size_t>>(0);
     std::map<std::string, std::map<stream::MediaFormat, int>>
         streams_by_format;  ///< camera -> form of its JPEGs -> streams
-    /// What pictures count against from before they are drawn until they are sent.
+    /// Bounds the bytes of pictures; one counts from before it is drawn until it is sent.
     const std::shared_ptr<ByteBudget> pictures = ByteBudget::create(
         options.limits.picture_bytes,
         "too many large pictures are being made or sent at once; read those that are due, try again");

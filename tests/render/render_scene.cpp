@@ -3,7 +3,7 @@
 //   render_scene SCENE VIEW OUT.png [--size WxH] [--quality fast|simple|beautiful] [--time SECONDS]
 //                [--kind color|depth|instance] [--device cpu] [--bench FRAMES] [--cameras N] [--threads N]
 //                [--lens MODEL:K1,K2,...] [--intrinsics FX,FY,CX,CY] [--method auto|warp|cube]
-//                [--filter auto|bilinear|bicubic] [--oversample N] [--antialias none|coverage|msaa4|ssaa2|ssaa3|ssaa4]
+//                [--filter auto|bilinear|bicubic] [--antialias none|coverage|msaa4|ssaa2|ssaa3|ssaa4]
 //                [--static-layer on|off] [--moving on|off]
 //                [--detail-error PIXELS]
 //
@@ -88,7 +88,6 @@ Arguments parse(int argc, char** argv) {
         if (option == "--lens") a.lens = parse_lens(value);
         if (option == "--method") a.sampling.method = must(parse_name<world::LensMethod>(value));
         if (option == "--filter") a.sampling.filter = must(parse_name<world::LensFilter>(value));
-        if (option == "--oversample") a.sampling.oversample = std::stoi(value);
         if (option == "--antialias") a.antialias = must(parse_name<world::Antialias>(value));
         if (option == "--intrinsics") {
             camera::Intrinsics k;

@@ -31,8 +31,8 @@ std::vector<char*> argv_of(const std::vector<std::string>& words) {
     return argv;
 }
 
-/// With what it needs. Finding a package does not import it: a fifth of the time.
-bool has_package(const std::string& python) {
+/// Whether this Python has our package and what that needs. Finding a package does not import it: a fifth of the time.
+Result<void> check_package(const std::string& python) {
     const std::vector<std::string> probe{python, "-c",
                                          "import importlib.util, sys; "
                                          "sys.exit(None in map(importlib.util.find_spec, ('camrig', 'numpy')))"};
@@ -43,11 +43,12 @@ bool has_package(const std::string& python) {
     pid_t child = -1;
     const int failed = ::posix_spawnp(&child, python.c_str(), &quiet, nullptr, argv_of(probe).data(), environ);
     posix_spawn_file_actions_destroy(&quiet);
-    if (failed != 0) return false;
+    if (failed != 0) return error(ErrorKind::not_found, python + ": " + std::strerror(failed));
     int status = 0;
     while (::waitpid(child, &status, 0) < 0)
-        if (errno != EINTR) return false;
-    return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+        if (errno != EINTR) return error(ErrorKind::internal, python + ": " + std::strerror(errno));
+    if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
+    return error(ErrorKind::unavailable, python + ": has not both");
 }
 
 }  // namespace
@@ -70,13 +71,13 @@ std::vector<std::string> python_candidates(const fs::path& checkout) {
 Result<std::string> find_python(const std::vector<std::string>& candidates) {
     std::string tried;
     for (const std::string& python : candidates) {
-        if (has_package(python)) return python;
-        tried += (tried.empty() ? "" : " nor ") + python;
+        const auto good = check_package(python);
+        if (good) return python;
+        tried += good.error().message + "; ";
     }
-    return error(ErrorKind::unavailable, "this command needs the Python package camrig and numpy, which neither " +
-                                             tried +
-                                             " has; pip install control/python of the sources, or set "
-                                             "CAMRIG_PYTHON to a Python that has them");
+    return error(ErrorKind::unavailable, "this command needs the Python packages camrig and numpy: " + tried +
+                                             "pip install control/python of the sources, or set CAMRIG_PYTHON to a "
+                                             "Python that has them");
 }
 
 int exec_python(const PythonCommand& command) {

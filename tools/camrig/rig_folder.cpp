@@ -1,6 +1,7 @@
 #include "tools/camrig/rig_folder.h"
 
 #include <cerrno>
+#include <cstring>
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -28,6 +29,7 @@ Result<RigFolder> RigFolder::claim(const std::string& control) {
         if (auto made = make_private_folder(path); !made)
             return error(made.error().kind, made.error().message + "; or choose another --control");
         UniqueFd folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+        if (!folder && errno != ENOENT) return error(ErrorKind::unavailable, path + ": " + std::strerror(errno));
         if (!folder) continue;
         // Some network file systems lock no folders; the sockets' own checks have to do there.
         if (::flock(folder.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "core/base/descriptors.h"
+#include "core/base/write_file.h"
 #include "tools/camrig/command_history.h"
 #include "tools/camrig/rig_inputs.h"
 #include "tools/camrig/rig_servers.h"
@@ -65,8 +66,8 @@ private:
 void tell_ready(int fd, const nlohmann::json& facts) {
     if (fd < 0) return;
     const std::string line = facts.dump() + "\n";
-    if (::write(fd, line.data(), line.size()) != static_cast<ssize_t>(line.size()))
-        spdlog::warn("--ready-fd {}: could not be written", fd);
+    if (auto told = write_all(fd, std::as_bytes(std::span(line)), "--ready-fd " + std::to_string(fd)); !told)
+        spdlog::warn("{}", told.error().message);
     if (fd > STDERR_FILENO) ::close(fd);
 }
 

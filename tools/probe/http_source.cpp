@@ -70,8 +70,7 @@ Result<UniqueFd> connect_to_host(const HttpAddress& address, TimeNs until_ns) {
     int why = ETIMEDOUT;
     for (const addrinfo* one = found; one != nullptr; one = one->ai_next) {
         UniqueFd fd(::socket(one->ai_family, one->ai_socktype | SOCK_NONBLOCK | SOCK_CLOEXEC, one->ai_protocol));
-        if (fd.get() < 0) continue;
-        why = ::connect(fd.get(), one->ai_addr, one->ai_addrlen) == 0 ? 0 : errno;
+        why = fd && ::connect(fd.get(), one->ai_addr, one->ai_addrlen) == 0 ? 0 : errno;
         if (why == EINPROGRESS) {
             why = ETIMEDOUT;
             socklen_t length = sizeof why;
@@ -91,8 +90,10 @@ public:
                               "\r\nAccept: multipart/x-mixed-replace\r\nUser-Agent: camrig-probe\r\n";
         if (!token.empty()) request += "Authorization: Bearer " + token + "\r\n";
         request += "\r\n";
-        if (::send(fd_.get(), request.data(), request.size(), MSG_NOSIGNAL) != static_cast<ssize_t>(request.size()))
-            return error(ErrorKind::unavailable, "the request was not taken");
+        const ssize_t sent = ::send(fd_.get(), request.data(), request.size(), MSG_NOSIGNAL);
+        if (sent != static_cast<ssize_t>(request.size()))  // a part: its buffer is smaller than a request
+            return error(ErrorKind::unavailable, std::string("the request was not taken") +
+                                                     (sent < 0 ? std::string(": ") + std::strerror(errno) : ""));
         while (!parser_.is_header_done()) {
             const auto more = receive(until_ns);
             if (!more) return std::unexpected(more.error());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstring>
 #include <future>
 #include <map>
 #include <optional>
@@ -34,10 +35,10 @@ std::string device_task(int number) {
 /// The server's thread: sockets in, host called, sockets out.
 class DeviceServer::Loop {
 public:
-    Loop(UnixListener listener, stream::FrameBus& bus, std::shared_ptr<ControlPort> controls,
+    Loop(UnixListener listener, UniqueFd epoll, stream::FrameBus& bus, std::shared_ptr<ControlPort> controls,
          std::shared_ptr<TaskQueue> tasks)
         : listener_(std::move(listener)),
-          epoll_(::epoll_create1(EPOLL_CLOEXEC)),
+          epoll_(std::move(epoll)),
           tasks_(tasks),
           host_(bus, std::move(controls), std::move(tasks)) {
         watch(listener_.fd());
@@ -118,8 +119,11 @@ Result<std::unique_ptr<DeviceServer>> DeviceServer::create(stream::FrameBus& bus
     if (!listener) return std::unexpected(listener.error());
     auto tree = DeviceTree::create(socket_path);
     if (!tree) return std::unexpected(tree.error());
+    UniqueFd epoll(::epoll_create1(EPOLL_CLOEXEC));
+    if (!epoll)
+        return error(ErrorKind::resource_exhausted, "device socket " + socket_path + ": " + std::strerror(errno));
     auto tasks = std::make_shared<TaskQueue>();
-    auto loop = std::make_unique<Loop>(std::move(*listener), bus, std::move(controls), tasks);
+    auto loop = std::make_unique<Loop>(std::move(*listener), std::move(epoll), bus, std::move(controls), tasks);
     return std::unique_ptr<DeviceServer>(
         new DeviceServer(socket_path, std::move(*tree), std::move(loop), std::move(tasks)));
 }

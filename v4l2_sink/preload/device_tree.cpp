@@ -1,6 +1,7 @@
 #include "v4l2_sink/preload/device_tree.h"
 
 #include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <system_error>
@@ -36,10 +37,36 @@ std::string udev_text(std::string_view camera, bool has_link) {
            "I:1\nE:ID_V4L_VERSION=2\nE:ID_V4L_PRODUCT=" + name + "\nE:ID_V4L_CAPABILITIES=:capture:\nV:1\n";
 }
 
-bool write_file(const std::string& path, const std::string& text) {
+Result<void> write_file(const std::string& path, const std::string& text) {
     std::ofstream file(path);
-    file << text;
-    return file.good();
+    if (file << text << std::flush) return {};
+    return error(ErrorKind::unavailable, path + ": cannot be written: " + std::strerror(errno));
+}
+
+Result<void> write_device(const std::string& root, int number, std::string_view camera) {
+    const std::string node = "video" + std::to_string(number), folder = class_folder(root, number);
+    const std::string dev = std::to_string(video_major) + ":" + std::to_string(number);
+    const std::pair<const char*, std::string> files[] = {
+        {"/name", std::string(camera) + "\n"},
+        {"/index", "0\n"},
+        {"/dev", dev + "\n"},
+        {"/uevent",
+         "MAJOR=" + std::to_string(video_major) + "\nMINOR=" + std::to_string(number) + "\nDEVNAME=" + node + "\n"}};
+    std::error_code problem;
+    fs::create_directories(folder, problem);
+    if (!problem) fs::create_directories(root + "/run/udev/data", problem);
+    if (!problem) fs::create_symlink("../../class/video4linux/" + node, char_link(root, number), problem);
+    if (!problem) fs::create_symlink("../../video4linux", folder + "/subsystem", problem);
+    if (problem)
+        return error(ErrorKind::unavailable,
+                     root + ": cannot make the files of /dev/" + node + ": " + problem.message());
+    for (const auto& [name, text] : files)
+        if (auto done = write_file(folder + name, text); !done) return done;
+    std::error_code taken;  // a camera may have two devices; its name leads to the first
+    fs::create_symlink("../../" + node, link_name(root, camera), taken);
+    if (auto done = write_file(udev_file(root, number), udev_text(camera, !taken)); !done) return done;
+    // The node comes last: who sees it sees everything.
+    return write_file(root + "/dev/" + node, "");
 }
 
 }  // namespace
@@ -71,25 +98,9 @@ DeviceTree::~DeviceTree() {
 }
 
 Result<void> DeviceTree::add(int number, std::string_view camera) {
-    const std::string node = "video" + std::to_string(number), folder = class_folder(root_, number);
-    std::error_code problem;
-    fs::create_directories(folder, problem);
-    const std::string dev = std::to_string(video_major) + ":" + std::to_string(number);
-    bool good = !problem && write_file(folder + "/name", std::string(camera) + "\n") &&
-                write_file(folder + "/index", "0\n") && write_file(folder + "/dev", dev + "\n") &&
-                write_file(folder + "/uevent", "MAJOR=" + std::to_string(video_major) +
-                                                   "\nMINOR=" + std::to_string(number) + "\nDEVNAME=" + node + "\n");
-    if (good) fs::create_symlink("../../class/video4linux/" + node, char_link(root_, number), problem);
-    if (good && !problem) fs::create_symlink("../../video4linux", folder + "/subsystem", problem);
-    if (good && !problem) fs::create_directories(root_ + "/run/udev/data", problem);
-    std::error_code taken;  // a camera may have two devices; its name leads to the first
-    if (good && !problem) fs::create_symlink("../../" + node, link_name(root_, camera), taken);
-    // The node comes last: who sees it sees everything.
-    good = good && !problem && write_file(udev_file(root_, number), udev_text(camera, !taken)) &&
-           write_file(root_ + "/dev/" + node, "");
-    if (good) return {};
-    remove(number, camera);
-    return error(ErrorKind::unavailable, root_ + ": cannot write the files of /dev/" + node);
+    auto added = write_device(root_, number, camera);
+    if (!added) remove(number, camera);
+    return added;
 }
 
 void DeviceTree::remove(int number, std::string_view camera) {

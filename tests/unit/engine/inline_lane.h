@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/base/clock.h"
 #include "core/engine/rig.h"
 
 namespace camrig::engine {
@@ -11,8 +12,9 @@ public:
         : renderer_(std::move(renderer)), drawn_(std::move(drawn)), description_(renderer_->description()) {}
 
     void post(DrawTask task) override {
+        const TimeNs start_ns = monotonic_now_ns();
         task.draw(*renderer_);
-        drawn_->put(std::move(task.done));
+        drawn_->put([done = std::move(task.done), spent_ns = monotonic_now_ns() - start_ns] { done(spent_ns); });
     }
     render::RenderCounters counters() const override { return renderer_->counters(); }
     bool makes(frame::PixelFormat format, const render::View& view) const override {

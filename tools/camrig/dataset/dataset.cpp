@@ -249,15 +249,9 @@ Result<DatasetWriter::LineFile> DatasetWriter::LineFile::open(const fs::path& pa
 
 Result<void> DatasetWriter::LineFile::append(const std::string& lines) {
     // A disk that gets full takes a part of the text and says so at the next write only.
-    for (std::size_t done = 0; done < lines.size();) {
-        const ssize_t count = ::write(fd.get(), lines.data() + done, lines.size() - done);
-        if (count < 0 && errno == EINTR) continue;
-        if (count < 0) {
-            const Error why = io_error(path, "written");
-            cut_back(size);
-            return std::unexpected(why);
-        }
-        done += static_cast<std::size_t>(count);
+    if (auto done = write_all(fd.get(), bytes_of_text(lines), path.string()); !done) {
+        cut_back(size);
+        return done;
     }
     size += static_cast<std::int64_t>(lines.size());
     return {};

@@ -1,0 +1,306 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "core/render/software/coverage.h"
+
+/// The triangles that a group of pixels shows: one for all of them, one of the same draw in each, or such at places of
+/// their own. What is asked of them has the same names, and the same operations in the same order give it, so a pixel
+/// has the same bits whatever is beside it.
+namespace camrig::render::software {
+
+/// Which draw each triangle is of; numbers from 1, where 0 gives any.
+template <typename Isa>
+CAMRIG_LANES IntLanes draws_of(const ScreenTriangle* triangles, IntLanes number) {
+    static_assert(sizeof(ScreenTriangle) == 32);
+    constexpr std::int32_t bits_of_draw = max_draws;
+    const IntLanes index = number > 0 ? number - 1 : IntLanes{};
+    return gathered<Isa>(reinterpret_cast<const std::int32_t*>(triangles) + 3, index * 8) & bits_of_draw;
+}
+
+/// A corner of a triangle of a draw.
+struct Corner {
+    std::uint32_t vertex;         ///< of the mesh
+    const VertexValues* clipped;  ///< what clipping made; null: of the mesh
+};
+
+CAMRIG_LANES Corner corner_of(const ViewGeometry& geometry, const ViewDraw& draw, std::uint32_t vertex) {
+    const std::uint32_t own = vertex - draw.first_vertex;
+    if (own < draw.vertex_count) return {own, nullptr};
+    return {own, &geometry.clipped()[draw.first_clipped + own - draw.vertex_count]};
+}
+
+/// Where the values of the vertices of a draw are.
+struct CornerAttribute {
+    const float* of_mesh;    ///< of the first vertex
+    std::int32_t stride;     ///< to the next one's, in floats
+    std::size_t of_clipped;  ///< in VertexValues, in bytes
+};
+
+CAMRIG_LANES const float* values_at(const Corner& corner, const CornerAttribute& attribute) {
+    if (corner.clipped != nullptr)
+        return reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(corner.clipped) +
+                                              attribute.of_clipped);
+    return attribute.of_mesh + static_cast<std::ptrdiff_t>(corner.vertex) * attribute.stride;
+}
+
+/// What of a RayTriangle the place of a point follows from. V is float or Lanes.
+template <typename V>
+struct RayEdges {
+    struct {
+        V x, y, z;
+    } edges[3];
+    V length;
+
+    CAMRIG_LANES Lanes along(std::size_t i, const Lanes3& ray) const {
+        return ray.x * edges[i].x + ray.y * edges[i].y + ray.z * edges[i].z;
+    }
+};
+
+/// Rays of a group of points, and how they change to the next pixel on the right and below.
+struct PointRays {
+    Lanes3 at, dx, dy;
+};
+CAMRIG_LANES PointRays point_rays_at(const LensRays& rays, int x, int y) {
+    const Lanes3 at = rays_at(rays, x, y);
+    return {at, rays_at(rays, x + 1, y) - at, rays_at(rays, x, y + 1) - at};
+}
+
+/// The shares of the second and third vertex in the plane of the screen, and their steps. V is float or Lanes.
+template <typename V>
+struct ScreenShares {
+    Lanes second, third;
+    V second_dx, third_dx, second_dy, third_dy;
+};
+
+/// One triangle for all pixels of a group.
+class OneTriangle {
+public:
+    using Value = float;
+    static constexpr bool stays_inside = false;  ///< a point beside a triangle takes what its border has
+
+    CAMRIG_LANES OneTriangle(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
+                             const Setup& setup)
+        : rays_(geometry.rays()), setup_(setup), is_front_(triangle.is_front) {
+        for (std::size_t i = 0; i < 3; ++i) corners_[i] = corner_of(geometry, draw, triangle.vertices[i]);
+    }
+
+    CAMRIG_LANES const LensRays* rays() const { return rays_; }
+    CAMRIG_LANES PointRays point_rays(int x, int y) const { return point_rays_at(*rays_, x, y); }
+    CAMRIG_LANES RayEdges<float> ray_edges() const {
+        RayEdges<float> made;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const glm::vec3& edge = setup_.ray->edges[i];
+            made.edges[i] = {edge.x, edge.y, edge.z};
+        }
+        made.length = setup_.ray->length;
+        return made;
+    }
+    /// x is the first pixel of the group.
+    CAMRIG_LANES ScreenShares<float> shares(int x, int y) const {
+        const Setup& s = setup_;
+        const std::int64_t px = std::int64_t{x} * subpixels, py = std::int64_t{y} * subpixels;
+        const double scale = s.inverse_area * subpixels;
+        ScreenShares<float> made;
+        made.second_dx = static_cast<float>(-s.dy[1] * scale);
+        made.third_dx = static_cast<float>(-s.dy[2] * scale);
+        made.second_dy = static_cast<float>(s.dx[1] * scale);
+        made.third_dy = static_cast<float>(s.dx[2] * scale);
+        made.second = static_cast<float>(static_cast<double>(edge(s, 1, px, py)) * s.inverse_area) +
+                      lane_numbers() * made.second_dx;
+        made.third = static_cast<float>(static_cast<double>(edge(s, 2, px, py)) * s.inverse_area) +
+                     lane_numbers() * made.third_dx;
+        return made;
+    }
+    CAMRIG_LANES float inverse_z(std::size_t corner) const { return setup_.at[corner]->inverse_z; }
+    CAMRIG_LANES Lanes where_front(Lanes front, Lanes back) const { return is_front_ ? front : back; }
+
+    template <std::size_t size>
+    CAMRIG_LANES std::array<float, size> values(std::size_t corner, const CornerAttribute& attribute) const {
+        const float* const from = values_at(corners_[corner], attribute);
+        std::array<float, size> made;
+        for (std::size_t i = 0; i < size; ++i) made[i] = from[i];
+        return made;
+    }
+
+private:
+    const LensRays* rays_;
+    const Setup& setup_;
+    std::array<Corner, 3> corners_;
+    bool is_front_;
+};
+
+/// A triangle for each pixel of a group, all of one draw.
+template <typename Isa>
+class TriangleOfEach {
+public:
+    using Value = Lanes;
+    static constexpr bool stays_inside = false;
+
+    /// numbers: of triangles, from 1; none is 0.
+    CAMRIG_LANES TriangleOfEach(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers)
+        : geometry_(geometry), draw_(draw) {
+        static_assert(sizeof(ScreenTriangle) == 32 && sizeof(ScreenVertex) == 16);
+        const ScreenTriangle* const triangles = geometry.triangles().data();
+        const IntLanes index = index_ = numbers - 1;
+        const bool is_on_screen = rays() == nullptr;
+        if (is_on_screen) inverse_area_ = gathered<Isa>(&triangles->inverse_area, index * 4);
+        Quads corners;
+        Isa::quads(reinterpret_cast<const std::int32_t*>(triangles), index * 8, corners);
+        front_ = corners[3] < 0;  // is_front is the highest bit
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (is_on_screen) {
+                Quads at;
+                Isa::quads(reinterpret_cast<const std::int32_t*>(geometry.vertices().data()), corners[i] * 4, at);
+                x_[i] = at[0];
+                y_[i] = at[1];
+                inverse_z_[i] = reinterpret_cast<Lanes>(at[3]);
+            }
+            vertex_[i] = corners[i] - static_cast<std::int32_t>(draw.first_vertex);
+            const unsigned clipped = Isa::bits(vertex_[i] >= static_cast<std::int32_t>(draw.vertex_count));
+            has_clipped_[i] = clipped != 0;
+            all_clipped_[i] = clipped == 0xFF;
+        }
+    }
+
+    CAMRIG_LANES const LensRays* rays() const { return geometry_.rays(); }
+    CAMRIG_LANES PointRays point_rays(int x, int y) const { return point_rays_at(*rays(), x, y); }
+    CAMRIG_LANES RayEdges<Lanes> ray_edges() const {
+        static_assert(sizeof(RayTriangle) == 16 * sizeof(float));
+        const RayTriangle* const triangles = geometry_.ray_triangles().data();
+        const auto of = [&](const float& first)
+                            __attribute__((always_inline)) { return gathered<Isa>(&first, index_ * 16); };
+        RayEdges<Lanes> made;
+        for (std::size_t i = 0; i < 3; ++i) {
+            const glm::vec3& edge = triangles->edges[i];
+            made.edges[i] = {of(edge.x), of(edge.y), of(edge.z)};
+        }
+        made.length = of(triangles->length);
+        return made;
+    }
+    /// As OneTriangle::shares; coordinates are below 2^24, so these doubles are whole numbers too.
+    CAMRIG_LANES ScreenShares<Lanes> shares(int x, int y) const {
+        const Edge second = edge_from(2, 0), third = edge_from(0, 1);
+        ScreenShares<Lanes> made = shares_of(second, third);
+        made.second = narrowed(second.at(x, y) * inverse_area_) + lane_numbers() * made.second_dx;
+        made.third = narrowed(third.at(x, y) * inverse_area_) + lane_numbers() * made.third_dx;
+        return made;
+    }
+    CAMRIG_LANES Lanes inverse_z(std::size_t corner) const { return inverse_z_[corner]; }
+    CAMRIG_LANES Lanes where_front(Lanes front, Lanes back) const { return front_ ? front : back; }
+
+    template <std::size_t size>
+    CAMRIG_LANES std::array<Lanes, size> values(std::size_t corner, const CornerAttribute& attribute) const {
+        std::array<Lanes, size> made;
+        const IntLanes vertex = vertex_[corner];
+        if (has_clipped_[corner]) {
+            // Two places, of which each lane takes one.
+            const auto count = static_cast<std::int32_t>(draw_.vertex_count);
+            const IntLanes is_clipped = vertex >= count;
+            const IntLanes of_mesh = is_clipped ? IntLanes{} : vertex,
+                           of_clipped = is_clipped ? vertex - count : IntLanes{};
+            constexpr auto stride = static_cast<std::int32_t>(sizeof(VertexValues) / sizeof(float));
+            const auto* const first = reinterpret_cast<const float*>(
+                reinterpret_cast<const std::byte*>(geometry_.clipped().data() + draw_.first_clipped) +
+                attribute.of_clipped);
+            const bool is_all_clipped = all_clipped_[corner];
+            for (std::size_t i = 0; i < size; ++i) {
+                const Lanes clipped = gathered<Isa>(first + i, of_clipped * stride);
+                if (is_all_clipped) {
+                    made[i] = clipped;
+                } else {
+                    made[i] = is_clipped ? clipped : gathered<Isa>(attribute.of_mesh + i, of_mesh * attribute.stride);
+                }
+            }
+        } else {
+            for (std::size_t i = 0; i < size; ++i)
+                made[i] = gathered<Isa>(attribute.of_mesh + i, vertex * attribute.stride);
+        }
+        return made;
+    }
+
+protected:
+    struct Edge {
+        Doubles dx, dy, from_x, from_y;
+
+        CAMRIG_LANES Doubles at(int x, int y) const {
+            return dx * (static_cast<double>(y * subpixels) - from_y) -
+                   dy * (static_cast<double>(x * subpixels) - from_x);
+        }
+        CAMRIG_LANES Doubles at(const Doubles& x, const Doubles& y) const {
+            return dx * (y - from_y) - dy * (x - from_x);
+        }
+    };
+    CAMRIG_LANES Edge edge_from(std::size_t from, std::size_t to) const {
+        return {widened(x_[to] - x_[from]), widened(y_[to] - y_[from]), widened(x_[from]), widened(y_[from])};
+    }
+    CAMRIG_LANES ScreenShares<Lanes> shares_of(const Edge& second, const Edge& third) const {
+        const Doubles scale = inverse_area_ * static_cast<double>(subpixels);
+        ScreenShares<Lanes> made;
+        made.second_dx = narrowed(-second.dy * scale);
+        made.third_dx = narrowed(-third.dy * scale);
+        made.second_dy = narrowed(second.dx * scale);
+        made.third_dy = narrowed(third.dx * scale);
+        return made;
+    }
+
+    const ViewGeometry& geometry_;
+    const ViewDraw& draw_;
+    Doubles inverse_area_{};
+    IntLanes index_, front_;
+    std::array<IntLanes, 3> vertex_, x_{}, y_{};  ///< vertex: of the draw
+    std::array<Lanes, 3> inverse_z_{};
+    std::array<bool, 3> has_clipped_, all_clipped_;
+};
+
+/// Triangles of one draw at places of their own, in subpixels; share: how far it is to the next pixel there.
+template <typename Isa>
+class TriangleAtPlaces : public TriangleOfEach<Isa> {
+public:
+    /// A sliver's values go anywhere within a pixel.
+    static constexpr bool stays_inside = true;
+
+    CAMRIG_LANES TriangleAtPlaces(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers,
+                                  const Doubles& x, const Doubles& y, Lanes share)
+        : TriangleOfEach<Isa>(geometry, draw, numbers), x_at_(x), y_at_(y), share_(share) {}
+
+    CAMRIG_LANES ScreenShares<Lanes> shares(int, int) const {
+        const auto second = this->edge_from(2, 0), third = this->edge_from(0, 1);
+        ScreenShares<Lanes> made = this->shares_of(second, third);
+        made.second = clamp01(narrowed(second.at(x_at_, y_at_) * this->inverse_area_));
+        made.third = min(clamp01(narrowed(third.at(x_at_, y_at_) * this->inverse_area_)), 1.0f - made.second);
+        for (Lanes* step : {&made.second_dx, &made.third_dx, &made.second_dy, &made.third_dy}) *step = *step * share_;
+        return made;
+    }
+
+    /// Between the rays of pixels.
+    CAMRIG_LANES PointRays point_rays(int, int) const {
+        const Doubles x = x_at_ * (1.0 / subpixels), y = y_at_ * (1.0 / subpixels);
+        const IntLanes column = rounded(x), row = rounded(y);
+        const Lanes right = narrowed(x - widened(column)), down = narrowed(y - widened(row));
+        const LensRays::Coordinates of = this->rays()->rays();
+        const auto along = [&](const Rows<const float>& plane, Lanes& at, Lanes& dx, Lanes& dy)
+                               __attribute__((always_inline)) {
+                                   const auto stride = static_cast<std::int32_t>(plane.stride);
+                                   const IntLanes first = row * stride + column;
+                                   const Lanes centre = gathered<Isa>(plane.data, first);
+                                   dx = gathered<Isa>(plane.data, first + 1) - centre;
+                                   dy = gathered<Isa>(plane.data, first + stride) - centre;
+                                   at = centre + dx * right + dy * down;
+                                   dx = dx * share_;
+                                   dy = dy * share_;
+                               };
+        PointRays made;
+        along(of.x, made.at.x, made.dx.x, made.dy.x);
+        along(of.y, made.at.y, made.dx.y, made.dy.y);
+        along(of.z, made.at.z, made.dx.z, made.dy.z);
+        return made;
+    }
+
+private:
+    Doubles x_at_, y_at_;
+    Lanes share_;
+};
+
+}  // namespace camrig::render::software
