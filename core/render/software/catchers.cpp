@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "core/render/software/rows.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/shadow_lookup.h"
 
@@ -88,6 +89,22 @@ CAMRIG_WIDE void darken_wide(const ViewGeometry& geometry, std::uint32_t proxies
 }
 
 }  // namespace
+
+void find_receivers(ViewScratch& scratch, const PixelRect& rect, const Canvas& canvas, Rows<std::uint32_t> numbers) {
+    const Rows<float> depth = scratch.receiver_depth.rows();
+    const Rows<std::uint32_t> to = scratch.receivers.rows();
+    copy(canvas.depth, depth, rect);
+    fill(to, rect, 0u);
+    find_visible(scratch.geometry, 0, scratch.catchers, rect, Canvas{{}, depth, {}}, scratch.receivers);
+    for (int y = rect.y0; y < rect.y1; ++y) {
+        for (int x = rect.x0; x < rect.x1; ++x) {
+            // What is drawn is drawn before what only catches.
+            if (to(y)[x] != 0 && numbers(y)[x] <= scratch.proxies) continue;
+            to(y)[x] = numbers(y)[x];
+            depth(y)[x] = canvas.depth(y)[x];
+        }
+    }
+}
 
 void darken_proxies(const ViewGeometry& geometry, std::uint32_t proxies, const PixelRect& rect, const Canvas& canvas,
                     Rows<std::uint32_t> numbers) {

@@ -52,20 +52,30 @@ void show_picture_below(const world::Image& picture, Rows<std::uint32_t> layer, 
     }
 }
 
+/// scratch.numbers are those of what stands still.
+void keep_receivers(ShadowedStatics& to, const ViewScratch& scratch, const PixelRect& band) {
+    copy(scratch.numbers.rows(), to.numbers.rows(), band);
+    if (scratch.catchers > 0) copy(scratch.receiver_depth.rows(), to.depth.rows(), band);
+}
+
 /// has_movers: as of shade_visible.
 void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork& work, const PixelRect& band,
                  bool has_movers) {
     // What nothing is in front of shows the picture, too.
     const bool lays_picture = &triangles == &scratch.statics && is_sampled(work) && work.backdrop->projected;
-    if ((triangles.count == 0 && !lays_picture) || work.rects.empty()) return;
+    const bool has_catchers = &triangles == &scratch.statics && scratch.catchers > 0;
+    if ((triangles.count == 0 && !lays_picture && !has_catchers) || work.rects.empty()) return;
     const PixelRect hull = common(hull_of(work.rects), band);
     if (hull.height() <= 0) return;
     // What is in the range lies in the rectangles: once for all of them.
     find_visible(scratch.geometry, triangles.first, triangles.count, hull, work.canvas, scratch.numbers);
-    if (!has_movers && work.layer->shadowed != nullptr)
-        copy(scratch.numbers.rows(), work.layer->shadowed->numbers.rows(), band);
+    for (const PixelRect& rect : work.rects) describe_visible(scratch, common(rect, band), work);
+    if (has_catchers) {
+        find_receivers(scratch, hull, work.canvas, scratch.numbers.rows());
+        copy(scratch.receivers.rows(), scratch.numbers.rows(), hull);
+    }
+    if (!has_movers && work.layer->shadowed != nullptr) keep_receivers(*work.layer->shadowed, scratch, band);
     for (const PixelRect& rect : work.rects) {
-        describe_visible(scratch, common(rect, band), work);
         if (lays_picture)
             draw_projected(work, scratch.geometry, scratch.proxies, common(rect, band), scratch.numbers.rows());
         // What movers keep from a layer is found anew in each picture (draw_shadows_of_movers).
@@ -101,7 +111,7 @@ void draw_shadows_of_movers(ViewWork& work, ViewScratch& scratch, const PixelRec
     const std::uint32_t proxies = work.is_in_parts ? statics.proxies : scratch.proxies;
     for (const PixelRect& rect : work.rects) {
         const PixelRect part = common(rect, band);
-        find_shadowed(geometry, part, work.layer->depth.rows(), statics.numbers.rows(), scratch.numbers.rows());
+        find_shadowed(geometry, part, work.layer->depth_of_shadowed(), statics.numbers.rows(), scratch.numbers.rows());
         catch_shadows(geometry, proxies, true, part, work.canvas, scratch.numbers.rows());
         shade_visible(geometry, part, work.canvas, scratch.numbers);
     }
