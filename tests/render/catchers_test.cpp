@@ -265,7 +265,8 @@ TEST(Catcher, HasTheSameBytesWithAndWithoutLayersThreadsAndWideLanes) {
                     proxies.scene = scene;
                     const View view = all_kinds(with_plate(camera.view(), noise(camera.size), proxies));
                     const auto kept = drawer(3), bare = drawer(1, 0);
-                    software::SoftwareDrawer narrow({.pool = std::make_shared<frame::FramePool>(), .wide_lanes = false});
+                    software::SoftwareDrawer narrow(
+                        {.pool = std::make_shared<frame::FramePool>(), .wide_lanes = false});
                     for (int n = 0; n < 4; ++n) {
                         auto moment = std::make_shared<world::Snapshot>(*walked(yard(), -1.5 + n).snapshot());
                         moment->statics = statics;

@@ -324,7 +324,8 @@ void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int ban
         scratch.receiver_depth.fit(work.view->spec->size);
     }
     name_draws(scratch);
-    if (work.layer != nullptr && !work.is_in_parts) layers_.make(work, !scratch.blended_statics.empty(), scratch.catchers > 0);
+    if (work.layer != nullptr && !work.is_in_parts)
+        layers_.make(work, !scratch.blended_statics.empty(), scratch.catchers > 0);
     // Nobody keeps the statics alone: what movers hide of them is not shaded.
     const bool has_picture = work.backdrop != nullptr && work.is_shaded();
     if (work.layer == nullptr && !work.has_areas && !has_picture)

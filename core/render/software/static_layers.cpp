@@ -37,9 +37,9 @@ void StaticLayers::make(ViewWork& work, bool has_blended, bool has_catchers) {
         return work.channels[k].frame != nullptr && !layer.channels[k];
     };
     const auto is_light = static_cast<bool>(work.canvas.light);
-    std::int64_t bytes = (is_new + has_steps + is_shadowed + (is_shadowed && has_catchers)) *
-                             Plane<float>::bytes_for(size) +
-                         (is_shaded + is_blended) * KeptPicture::bytes_for(size, is_light);
+    std::int64_t bytes =
+        (is_new + has_steps + is_shadowed + (is_shadowed && has_catchers)) * Plane<float>::bytes_for(size) +
+        (is_shaded + is_blended) * KeptPicture::bytes_for(size, is_light);
     for (const frame::FrameKind kind : channel_kinds)
         if (is_missing(kind)) bytes += Plane<float>::bytes_for(words_of(kind, size));
     {

@@ -37,17 +37,22 @@ void set_alpha(Rows<std::uint32_t> rows, const PixelRect& rect, bool is_opaque) 
             rows(y)[x] = is_opaque ? rows(y)[x] | alpha_bits : rows(y)[x] & ~alpha_bits;
 }
 
-/// The picture, and what a layer has over it.
+/// The picture, and what a layer has over it, which is opaque or not there.
 void show_picture_below(const world::Image& picture, Rows<std::uint32_t> layer, const PixelRect& rect,
                         Rows<std::uint32_t> to) {
     for (int y = rect.y0; y < rect.y1; ++y) {
         const std::uint8_t* const from = row_of(picture, y);
         const std::uint32_t* const over = layer(y);
         std::uint32_t* const out = to(y);
-        for (int x = rect.x0; x < rect.x1; ++x) {
-            std::uint32_t pixel = 0;
-            std::memcpy(&pixel, from + 4 * static_cast<std::ptrdiff_t>(x), sizeof pixel);
-            out[x] = over[x] < alpha_bits ? pixel : over[x];
+        int x = rect.x0;
+        for (; x + lane_count <= rect.x1; x += lane_count) {
+            const IntLanes above = load_lanes(over + x);
+            // Alpha is its upper bits.
+            store_lanes(out + x, above < 0 ? above : load_lanes(from + 4 * static_cast<std::ptrdiff_t>(x)));
+        }
+        for (; x < rect.x1; ++x) {
+            std::memcpy(out + x, from + 4 * static_cast<std::ptrdiff_t>(x), sizeof *out);
+            if (over[x] >= alpha_bits) out[x] = over[x];
         }
     }
 }

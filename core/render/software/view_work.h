@@ -49,7 +49,7 @@ struct StaticLayer {
     StaticAreas areas;                          ///< of pictures of exact areas, with `picture`
     std::unique_ptr<ShadowedStatics> shadowed;  ///< with `picture`, where there are shadows
     Rows<float> depth_of_shadowed() const { return shadowed->depth ? shadowed->depth.rows() : depth.rows(); }
-    sensor::SiteLight sites;                    ///< of the finished picture, for the sensor that asked last
+    sensor::SiteLight sites;  ///< of the finished picture, for the sensor that asked last
     /// By kind, as their frames are; empty: nobody asked for it yet.
     std::array<Plane<std::uint32_t>, frame::frame_kind_count> channels;
     std::map<ObjectId, frame::Silhouette> silhouettes;  ///< of static objects whose were asked for

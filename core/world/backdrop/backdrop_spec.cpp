@@ -289,7 +289,8 @@ FieldTable<ProxiesSpec> fields_of(std::type_identity<ProxiesSpec>) {
         field_at<&ProxiesSpec::file>(
             {.name = "file",
              .doc = ".glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by "
-                    "extras.camrig_proxy what they are: ground, obstacle, wall, catcher, holdout or walkable. Empty: none"}),
+                    "extras.camrig_proxy what they are: ground, obstacle, wall, catcher, holdout or walkable. Empty: "
+                    "none"}),
         field_at<&ProxiesSpec::ground>({.name = "ground",
                                         .doc = "a piece of level ground, by one of the polygons",
                                         .null = "none",

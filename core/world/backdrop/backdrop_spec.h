@@ -91,8 +91,8 @@ struct DepthProxy {
 };
 FieldTable<DepthProxy> fields_of(std::type_identity<DepthProxy>);
 
-/// The shapes of what the picture shows: they hide what goes behind them, and shadows fall on them, unless their role is
-/// one of both only.
+/// The shapes of what the picture shows: they hide what goes behind them, and shadows fall on them, unless their role
+/// is one of both only.
 struct ProxiesSpec {
     std::string file;  ///< glTF, in the world's place; empty: none
     std::optional<GroundProxy> ground;

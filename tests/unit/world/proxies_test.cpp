@@ -144,8 +144,9 @@ TEST(ProxyRoles, OfACatcherAndAHoldoutEachIsOneThingOnly) {
 }
 
 TEST(ProxyRoles, AnUnknownOneIsToldWithItsNode) {
-    EXPECT_EQ(proxies_of_model(squares({node("Cube.001", "wal")})).error().message,
-              "node 'Cube.001': extras.camrig_proxy: 'wal' is none of ground, obstacle, wall, catcher, holdout and walkable");
+    EXPECT_EQ(
+        proxies_of_model(squares({node("Cube.001", "wal")})).error().message,
+        "node 'Cube.001': extras.camrig_proxy: 'wal' is none of ground, obstacle, wall, catcher, holdout and walkable");
     const auto only_walkable = proxies_of_model(squares({node("walk", "walkable")})).value();
     EXPECT_EQ(only_walkable.shapes, nullptr);
 }
