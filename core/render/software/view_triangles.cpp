@@ -15,7 +15,7 @@ void keep_only(std::span<const ObjectId> objects, std::vector<scene::SeenSurface
     });
 }
 
-std::uint32_t count_of(const ViewGeometry& geometry) {
+std::uint32_t triangles_in(const ViewGeometry& geometry) {
     return static_cast<std::uint32_t>(geometry.triangles().size());
 }
 
@@ -29,7 +29,7 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
         return scratch.geometry.add(seen, *primitives[seen.placed->index],
                                     work.ahead != nullptr ? work.ahead->positions_of(seen) : nullptr);
     };
-    const auto count = [&] { return count_of(scratch.geometry); };
+    const auto count = [&] { return triangles_in(scratch.geometry); };
     const bool is_beautiful = work.scene.quality == world::Quality::beautiful;
     scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows,
                                 is_beautiful ? caches_.baked->of(*scene_.snapshot()->statics) : nullptr);
@@ -80,7 +80,7 @@ void SoftwareDrawer::add_proxies(ViewWork& work, ViewScratch& scratch) {
             if (!seen) continue;
             scratch.geometry.add(*seen, *scratch.proxy_primitives[surface.index]);
             // Those come first.
-            if (catches_only(surface)) scratch.catchers = count_of(scratch.geometry);
+            if (catches_only(surface)) scratch.catchers = triangles_in(scratch.geometry);
         }
     }
     if (role == world::SceneInBackdrop::proxies && work.view->only_objects.empty()) {
@@ -88,7 +88,7 @@ void SoftwareDrawer::add_proxies(ViewWork& work, ViewScratch& scratch) {
             scratch.geometry.add(seen, *static_primitives_[seen.placed->index]);
         scratch.opaque.clear();
     }
-    scratch.proxies = count_of(scratch.geometry);
+    scratch.proxies = triangles_in(scratch.geometry);
 }
 
 }  // namespace camrig::render::software
