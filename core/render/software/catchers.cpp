@@ -18,6 +18,18 @@ CAMRIG_LANES Lanes share_of_light(Lanes with, Lanes without) {
     return with == without ? lanes(1.0f) : share;
 }
 
+/// Of an object of the scene what it looks like, since its picture is what it looked like. What only a camera has is
+/// a shape: nobody knows what the picture shows there, but that most of it is matt.
+template <typename Isa>
+CAMRIG_LANES Lanes3 light_of(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                             const Lanes3& rays, bool has_movers) {
+    if (draw.placed->object->id != ObjectId{}) return shade<Isa>(geometry, draw, points, rays, has_movers).rgb;
+    Lanes3 made;
+    const auto arriving_light = std::is_same_v<Isa, Avx2Isa> ? arriving_light_wide : arriving_light_plain;
+    arriving_light(geometry, draw, points, rays, has_movers, made);
+    return made;
+}
+
 /// Whether movers keep light of a lamp from the points: shading twice, which tells how much, is dear.
 template <typename Isa>
 CAMRIG_LANES IntLanes are_darkened(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
@@ -67,8 +79,8 @@ CAMRIG_LANES void darken_body(const ViewGeometry& geometry, std::uint32_t proxie
                 const SurfacePoints points = points_of(geometry, draw, TriangleOfEach<Isa>(geometry, draw, own), x, y);
                 const Lanes3 rays = rays_through(geometry, x, y);
                 if (Isa::bits(mask & are_darkened<Isa>(geometry, draw, points, rays)) == 0) continue;
-                const Lanes3 with = shade<Isa>(geometry, draw, points, rays, true).rgb;
-                const Lanes3 without = shade<Isa>(geometry, draw, points, rays, false).rgb;
+                const Lanes3 with = light_of<Isa>(geometry, draw, points, rays, true);
+                const Lanes3 without = light_of<Isa>(geometry, draw, points, rays, false);
                 const Lanes3 share{share_of_light(with.x, without.x), share_of_light(with.y, without.y),
                                    share_of_light(with.z, without.z)};
                 const IntLanes changed = mask & ((share.x != 1.0f) | (share.y != 1.0f) | (share.z != 1.0f));
