@@ -31,7 +31,7 @@ NOT_RUN = {
 ELSEWHERE = {
     "docs/accuracy.md": "minutes, with an environment of its own: tools/bench/accuracy, of which test_accuracy.py runs a part",
     "docs/architecture.md": "drawings",
-    "docs/backdrops.md": "they need a photo; test_backdrops.py and test_plate.py give them one",
+    "docs/backdrops.md": "they need a photo; test_backdrops.py, test_plate.py and test_projected.py give them one",
     "docs/control-protocol.md": "messages and answers as they were, written by `camrig methods --write` and compared by CI",
     "docs/cpp-client.md": "test_cpp_client.py and test_install.py",
     "docs/farm-record.md": "folders of the reader; test_farm_record.py reads its plan and runs the same commands",

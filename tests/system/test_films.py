@@ -105,6 +105,28 @@ def test_colours_are_those_of_its_matrix_and_range(rig, tmp_path, matrix, is_ful
 
 
 @pytest.mark.camrig(scene="minimal", mode="lockstep")
+def test_colours_where_chroma_changes_are_between_those_of_its_pixels(rig, tmp_path):
+    """Of chroma with half as many columns and rows, as films have it: linear between its middles, to rounding."""
+    rng = np.random.default_rng(8)
+    luma = rng.integers(90, 160, (48, 64), np.uint8)
+    blue, red = rng.integers(90, 166, (2, 24, 32), np.uint8)
+    planes = np.concatenate([luma.ravel(), blue.ravel(), red.ravel()])
+    tags = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709", "-color_range", "tv")
+    path = film(tmp_path / "chroma.mkv", [planes] * 3, *tags, *H264, layout="yuv420p", size=(64, 48))
+    y = (luma.astype(float) - 16) / 219
+    b, r = ((cv2.resize(plane.astype(float), (64, 48), interpolation=cv2.INTER_LINEAR) - 128) / 224 for plane in (blue, red))
+    kr, kb = 0.2126, 0.0722
+    reds, blues = y + 2 * (1 - kr) * r, y + 2 * (1 - kb) * b
+    expected = 255 * np.clip(np.stack([blues, (y - kr * reds - kb * blues) / (1 - kr - kb), reds], -1), 0, 1)
+    cam = rig.create_camera("cam", size=(64, 48), fps=25, **POSE, backdrop={"kind": "film", "file": str(path), "proxies": {"scene": "hidden", **GROUND}})
+    for actor in rig.actors():
+        rig.remove_actor(actor["name"])
+    rig.step(seconds=0.04)
+    off = np.abs(cam.frame().image.astype(float) - expected)
+    assert off.max() <= 1, (off.max(), off.mean())
+
+
+@pytest.mark.camrig(scene="minimal", mode="lockstep")
 def test_what_is_wrong_with_a_film_is_said_with_its_place(rig, tmp_path):
     good = gray_film(tmp_path / "good.mp4", 9, *H264)
     turned, cut, text = (tmp_path / name for name in ("turned.mp4", "cut.mp4", "text.mp4"))

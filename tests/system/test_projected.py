@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import re
 import subprocess
 
 import cv2
@@ -10,9 +11,11 @@ import numpy as np
 import pytest
 
 import camrig
+from conftest import REPOSITORY
 from test_backdrops import CORNER, empty_street
 
 CAMRIG = os.environ["CAMRIG_BIN"]
+BACKDROPS = REPOSITORY / "docs" / "backdrops.md"
 
 
 def taken_by(cam):
@@ -60,6 +63,18 @@ def test_a_camera_moves_before_a_photo_as_before_the_street(rig, tmp_path):
         difference = off(street, projected)
         assert np.mean(difference <= 8) > 0.85, np.mean(difference <= 8)
         assert difference.mean() < off(street, plate.frame().image).mean() / 3
+    # Where it differs is what the photo does not show, or a mixed edge.
+    took = rig.create_camera("took", size=(1280, 960), intrinsics=taken["intrinsics"], **taken["taken_from"], fps=25,
+                             backdrop={"file": str(photo), "proxies": proxies})
+    rig.step(seconds=0.04)
+    guide = {}
+    exec(re.search(r"```python\n(import numpy as np\n\ndef seen_by_photo.*?)```", BACKDROPS.read_text(), re.DOTALL)[1], guide)
+    seen_there = guide["seen_by_photo"](cam, took)
+    difference = off(seen.frame().image, cam.frame().image)
+    nobody = ~np.isin(cam.frame(kind="instance").image, [actor["id"] for actor in rig.actors()])
+    assert 0.01 < np.mean(~seen_there) < 0.2, np.mean(~seen_there)
+    of_seen, of_unseen = difference[nobody & seen_there], difference[nobody & ~seen_there]
+    assert np.mean(of_seen <= 8) > 0.86 and of_unseen.mean() > 3 * of_seen.mean(), (np.mean(of_seen <= 8), of_seen.mean(), of_unseen.mean())
     # It may be knocked and shaken, mounted and turned by a head.
     rig.fault.set("moves", "knock")
     rig.step(seconds=0.2)
@@ -116,7 +131,8 @@ def test_a_depth_image_hides_who_goes_behind(rig, tmp_path):
         # Feet stand within half a per cent of the ground, and a wheel within its kerb.
         assert np.mean((wanted == got)[both]) > 0.95, np.mean((wanted == got)[both])
         known = (wanted == 0) & (got == 0) & (seen.depth() < 65)
-        near = np.abs(shown.depth() - seen.depth())[known] / seen.depth()[known]
+        there, told = seen.depth()[known], shown.depth()[known]
+        near = np.abs(told - there) / there
         assert np.quantile(near, 0.99) < 0.0035 and near.mean() < 0.002
         people += sum(one["class"] == "person" and one["pixels"] > 100 for one in shown.truth()["objects"])
     assert people > 5

@@ -216,12 +216,14 @@ struct GroundProxy {
     std::vector<Vector2> polygon_m = {};  ///< m; its corners in the world
     std::vector<Vector2> polygon_px = {};  ///< px; instead: its corners in the picture, below the horizon
     double z = 0;  ///< m; -1e10 to 1e10: height of the ground
+    std::string role = "both";  ///< `both`, `catcher` or `holdout`: both: it hides who goes behind it, and shadows fall on it; catcher: only shadows fall on it; holdout: it only hides
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
         visit("polygon_m", self.polygon_m);
         visit("polygon_px", self.polygon_px);
         visit("z", self.z);
+        visit("role", self.role);
     }
 };
 
@@ -230,12 +232,14 @@ struct BoxProxy {
     Vector3 position = {};  ///< m; the middle of its bottom
     Vector3 size = {};  ///< m; along its x, y and z
     double yaw_deg = 0;  ///< deg; -360 to 360: about z, counter-clockwise
+    std::string role = "both";  ///< `both`, `catcher` or `holdout`: both: it hides who goes behind it, and shadows fall on it; catcher: only shadows fall on it; holdout: it only hides
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
         visit("position", self.position);
         visit("size", self.size);
         visit("yaw_deg", self.yaw_deg);
+        visit("role", self.role);
     }
 };
 
@@ -245,6 +249,7 @@ struct CutoutProxy {
     std::string mask = {};  ///< instead: PNG of the picture's size, beside it; what is opaque or, if all of it is, light is cut out. Empty: none
     Vector2 foot_px = {};  ///< px; where it stands on the ground, below the horizon
     double z = 0;  ///< m; -1e10 to 1e10: height of the ground
+    std::string role = "both";  ///< `both`, `catcher` or `holdout`: both: it hides who goes behind it, and shadows fall on it; catcher: only shadows fall on it; holdout: it only hides
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -252,6 +257,7 @@ struct CutoutProxy {
         visit("mask", self.mask);
         visit("foot_px", self.foot_px);
         visit("z", self.z);
+        visit("role", self.role);
     }
 };
 
@@ -260,12 +266,14 @@ struct DepthProxy {
     std::string file = {};  ///< PNG of 16-bit gray of the picture's size, beside it; 0 where nothing is known or there
     double unit_m = 0.001;  ///< m; 1e-6 to 1000: of its numbers
     std::string measure = "z";  ///< `z` or `range`: what they tell. z: along the camera's axis; range: from its eye
+    std::string role = "both";  ///< `both`, `catcher` or `holdout`: both: it hides who goes behind it, and shadows fall on it; catcher: only shadows fall on it; holdout: it only hides
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
         visit("file", self.file);
         visit("unit_m", self.unit_m);
         visit("measure", self.measure);
+        visit("role", self.role);
     }
 };
 
@@ -285,7 +293,7 @@ struct WalkableGround {
 
 /// Of a camera: proxies.
 struct Proxies {
-    std::string file = {};  ///< .glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by extras.camrig_proxy what they are: ground, obstacle, wall or walkable. Empty: none
+    std::string file = {};  ///< .glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by extras.camrig_proxy what they are: ground, obstacle, wall, catcher, holdout or walkable. Empty: none
     std::optional<GroundProxy> ground = {};  ///< a piece of level ground, by one of the polygons; null: none
     std::vector<BoxProxy> boxes = {};  ///< at most 200: that stand in the place
     std::vector<CutoutProxy> cutouts = {};  ///< at most 200: parts of the picture that stand upright where their foot is, and face the camera: trees, poles, fences

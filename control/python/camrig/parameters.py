@@ -195,6 +195,8 @@ class GroundProxy(TypedDict, total=False):
     """px; instead: its corners in the picture, below the horizon"""
     z: float
     """m; -1e10 to 1e10: height of the ground"""
+    role: Literal["both", "catcher", "holdout"]
+    """`both`, `catcher` or `holdout`: both: it hides who goes behind it, and shadows fall on it; catcher: only shadows fall on it; holdout: it only hides"""
 
 
 class BoxProxy(TypedDict, total=False):
@@ -206,6 +208,8 @@ class BoxProxy(TypedDict, total=False):
     """m; along its x, y and z"""
     yaw_deg: float
     """deg; -360 to 360: about z, counter-clockwise"""
+    role: Literal["both", "catcher", "holdout"]
+    """`both`, `catcher` or `holdout`: both: it hides who goes behind it, and shadows fall on it; catcher: only shadows fall on it; holdout: it only hides"""
 
 
 class CutoutProxy(TypedDict, total=False):
@@ -219,6 +223,8 @@ class CutoutProxy(TypedDict, total=False):
     """px; where it stands on the ground, below the horizon"""
     z: float
     """m; -1e10 to 1e10: height of the ground"""
+    role: Literal["both", "catcher", "holdout"]
+    """`both`, `catcher` or `holdout`: both: it hides who goes behind it, and shadows fall on it; catcher: only shadows fall on it; holdout: it only hides"""
 
 
 class DepthProxy(TypedDict, total=False):
@@ -230,6 +236,8 @@ class DepthProxy(TypedDict, total=False):
     """m; 1e-6 to 1000: of its numbers"""
     measure: Literal["z", "range"]
     """`z` or `range`: what they tell. z: along the camera's axis; range: from its eye"""
+    role: Literal["both", "catcher", "holdout"]
+    """`both`, `catcher` or `holdout`: both: it hides who goes behind it, and shadows fall on it; catcher: only shadows fall on it; holdout: it only hides"""
 
 
 class WalkableGround(TypedDict, total=False):
@@ -247,7 +255,7 @@ class Proxies(TypedDict, total=False):
     """Of a camera: proxies."""
 
     file: str
-    """.glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by extras.camrig_proxy what they are: ground, obstacle, wall or walkable. Empty: none"""
+    """.glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by extras.camrig_proxy what they are: ground, obstacle, wall, catcher, holdout or walkable. Empty: none"""
     ground: Union[GroundProxy, None]
     """a piece of level ground, by one of the polygons; null: none"""
     boxes: list[BoxProxy]

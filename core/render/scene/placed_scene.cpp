@@ -185,13 +185,14 @@ void PlacedScene::place_statics(const std::shared_ptr<const world::StaticSet>& s
 }
 
 const PlacedSurfaces* PlacedScene::proxies_of(const std::shared_ptr<const world::Backdrop>& backdrop) {
-    if (backdrop == nullptr || backdrop->proxies.empty()) return nullptr;
+    if (backdrop == nullptr || (backdrop->proxies.empty() && backdrop->catchers.empty())) return nullptr;
     Proxies& kept = proxies_[backdrop.get()];
     if (kept.of.lock() == backdrop) return &kept.placed;
     kept.of = backdrop;
     kept.placed.clear();
-    for (const world::Instance& proxy : backdrop->proxies)
-        kept.placed.add(proxy, *models_, light_sets_, lights(), environment().exposure);
+    for (const auto& shapes : {std::span(backdrop->catchers), std::span(backdrop->proxies)})
+        for (const world::Instance& proxy : shapes)
+            kept.placed.add(proxy, *models_, light_sets_, lights(), environment().exposure);
     for (const PlacedSurface& surface : kept.placed.all())
         if (surface.deformation >= 0) kept.placed.deform(surface);
     ++proxies_number_;

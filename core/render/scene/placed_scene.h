@@ -120,7 +120,8 @@ public:
     PlacedSurfaces& movers() { return movers_; }
     const PlacedSurfaces& movers() const { return movers_; }
     const PlacedSurfaces& group_of(bool is_static) const { return is_static ? statics_ : movers_; }
-    /// The proxies of a backdrop, which stand still; null: it has none of its own. Good as long as the backdrop.
+    /// The catchers and proxies of a backdrop, which stand still; null: it has none of its own. Good as long as the
+    /// backdrop.
     const PlacedSurfaces* proxies_of(const std::shared_ptr<const world::Backdrop>& backdrop);
     /// Of all backdrops that were asked for.
     template <typename Use>

@@ -26,8 +26,9 @@ inline std::vector<WorldBox> shadow_receivers(const PlacedScene& scene) {
 /// Boxes of what the pictures of backdrops show, beside what is in the scene.
 inline std::vector<WorldBox> shadow_catchers(const PlacedScene& scene) {
     std::vector<WorldBox> boxes;
-    scene.each_proxy(
-        [&](const PlacedSurface& surface) { boxes.push_back(world_box(surface.world_from_local, surface.bounds)); });
+    scene.each_proxy([&](const PlacedSurface& surface) {
+        if (surface.primitive->is_lit) boxes.push_back(world_box(surface.world_from_local, surface.bounds));
+    });
     return boxes;
 }
 

@@ -17,7 +17,7 @@ PixelPlane plane_of(float z, std::uint32_t steps) {
 
 /// Unmarks pixels whose middle shows a mover that lies before all statics there.
 void leave_hidden(const RowsOfView& of, const PixelRect& rect, const StaticPixels& statics, MarkedPixels& outlines) {
-    const std::uint32_t last_static = of.scratch.statics.count;
+    const std::uint32_t last_static = of.scratch.statics.end();
     for (int y = rect.y0; y < rect.y1; ++y) {
         const std::uint32_t* const numbers = of.scratch.numbers.rows()(y);
         const float* const depth = of.work.canvas.depth(y);
@@ -58,7 +58,7 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of) {
     MixedPixels& mixed = of.band.mixed;
     const ViewGeometry& geometry = of.scratch.geometry;
     const StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
-    const std::uint32_t last_static = of.scratch.statics.count;
+    const std::uint32_t last_static = of.scratch.statics.end();
     const Rows<std::uint32_t> numbers = of.scratch.numbers.rows();
     ShownParts parts;
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
@@ -123,7 +123,7 @@ void mark_movers(const RowsOfView& of) {
     band.marked.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
     const auto mark = [&](const PixelRect& rect) {
         mark_crossings(of.scratch.geometry, common(rect, of.rect), of.scratch.areas.outlines, of.scratch.numbers,
-                       of.scratch.statics.count, band.marked);
+                       of.scratch.statics.end(), band.marked);
     };
     for (const PixelRect& rect : of.work.rects) {
         if (of.work.layer == nullptr) {

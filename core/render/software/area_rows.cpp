@@ -19,8 +19,12 @@ void draw_area_rows(ViewWork& work, ViewScratch& scratch, int pass, int number, 
             draw_background(work, rect);
             const TriangleRange& range = scratch.statics;
             find_visible(scratch.geometry, range.first, range.count, rect, work.canvas, scratch.numbers);
-            if (!work.shadows.empty() && work.layer == nullptr)
-                darken_proxies(scratch.geometry, scratch.proxies, rect, work.canvas, scratch.numbers.rows());
+            if (!work.shadows.empty() && work.layer == nullptr) {
+                const bool has_catchers = scratch.catchers > 0;
+                if (has_catchers) find_receivers(scratch, rect, work.canvas, scratch.numbers.rows());
+                darken_proxies(scratch.geometry, scratch.proxies, rect, work.canvas,
+                               (has_catchers ? scratch.receivers : scratch.numbers).rows());
+            }
             scratch.areas.edges.clear(rect);
             return mark_outlines(scratch.geometry, range.first, range.count, rect, work.canvas.depth,
                                  scratch.areas.outlines, &scratch.areas.edges);

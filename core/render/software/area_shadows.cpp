@@ -84,7 +84,8 @@ void draw_shadows_of_movers(const RowsOfView& of) {
     take_out_shadows(of, statics);
     for (const PixelRect& rect : of.work.rects) {
         const PixelRect part = common(rect, of.rect);
-        find_shadowed(geometry, part, layer.depth.rows(), layer.shadowed->numbers.rows(), of.scratch.numbers.rows());
+        find_shadowed(geometry, part, layer.depth_of_shadowed(), layer.shadowed->numbers.rows(),
+                      of.scratch.numbers.rows());
         catch_shadows(geometry, proxies, true, part, of.work.canvas, of.scratch.numbers.rows());
         shade_visible(geometry, part, of.work.canvas, of.scratch.numbers);
     }

@@ -146,6 +146,11 @@ void draw_static_pixels(const RowsOfView& of) {
     const bool is_apart = keeps_shadows_apart(of.work);
     const Rows<std::uint32_t> kept = is_apart ? of.work.layer->shadowed->numbers.rows() : Rows<std::uint32_t>{};
     if (is_apart) copy(numbers, kept, of.rect);
+    if (is_apart && of.scratch.catchers > 0) {
+        find_receivers(of.scratch, of.rect, of.work.canvas, numbers);
+        copy(of.scratch.receivers.rows(), kept, of.rect);
+        copy(of.scratch.receiver_depth.rows(), of.work.layer->shadowed->depth.rows(), of.rect);
+    }
     mixed.leave_out(numbers);
     catch_shadows(of.scratch.geometry, of.scratch.proxies, false, of.rect, of.work.canvas, numbers);
     // What is mixed is shaded part by part, but shadows on the picture of a backdrop are those at the middle.

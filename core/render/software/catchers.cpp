@@ -2,6 +2,7 @@
 
 #include <bit>
 
+#include "core/render/software/rows.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/shadow_lookup.h"
 
@@ -15,6 +16,18 @@ constexpr float least_light = 1e-6f;
 CAMRIG_LANES Lanes share_of_light(Lanes with, Lanes without) {
     const Lanes share = clamp01(with / max(without, lanes(least_light)));
     return with == without ? lanes(1.0f) : share;
+}
+
+/// Of an object of the scene what it looks like, since its picture is what it looked like. What only a camera has is
+/// a shape: nobody knows what the picture shows there, but that most of it is matt.
+template <typename Isa>
+CAMRIG_LANES Lanes3 light_of(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                             const Lanes3& rays, bool has_movers) {
+    if (draw.placed->object->id != ObjectId{}) return shade<Isa>(geometry, draw, points, rays, has_movers).rgb;
+    Lanes3 made;
+    const auto arriving_light = std::is_same_v<Isa, Avx2Isa> ? arriving_light_wide : arriving_light_plain;
+    arriving_light(geometry, draw, points, rays, has_movers, made);
+    return made;
 }
 
 /// Whether movers keep light of a lamp from the points: shading twice, which tells how much, is dear.
@@ -64,8 +77,8 @@ CAMRIG_LANES void darken_body(const ViewGeometry& geometry, std::uint32_t proxie
                 const SurfacePoints points = points_of(geometry, draw, TriangleOfEach<Isa>(geometry, draw, own), x, y);
                 const Lanes3 rays = rays_through(geometry, x, y);
                 if (Isa::bits(mask & are_darkened<Isa>(draw, points, rays)) == 0) continue;
-                const Lanes3 with = shade<Isa>(geometry, draw, points, rays, true).rgb;
-                const Lanes3 without = shade<Isa>(geometry, draw, points, rays, false).rgb;
+                const Lanes3 with = light_of<Isa>(geometry, draw, points, rays, true);
+                const Lanes3 without = light_of<Isa>(geometry, draw, points, rays, false);
                 const Lanes3 share{share_of_light(with.x, without.x), share_of_light(with.y, without.y),
                                    share_of_light(with.z, without.z)};
                 const IntLanes changed = mask & ((share.x != 1.0f) | (share.y != 1.0f) | (share.z != 1.0f));
@@ -86,6 +99,22 @@ CAMRIG_WIDE void darken_wide(const ViewGeometry& geometry, std::uint32_t proxies
 }
 
 }  // namespace
+
+void find_receivers(ViewScratch& scratch, const PixelRect& rect, const Canvas& canvas, Rows<std::uint32_t> numbers) {
+    const Rows<float> depth = scratch.receiver_depth.rows();
+    const Rows<std::uint32_t> to = scratch.receivers.rows();
+    copy(canvas.depth, depth, rect);
+    fill(to, rect, 0u);
+    find_visible(scratch.geometry, 0, scratch.catchers, rect, Canvas{{}, depth, {}}, scratch.receivers);
+    for (int y = rect.y0; y < rect.y1; ++y) {
+        for (int x = rect.x0; x < rect.x1; ++x) {
+            // What is drawn is drawn before what only catches.
+            if (to(y)[x] != 0 && numbers(y)[x] <= scratch.proxies) continue;
+            to(y)[x] = numbers(y)[x];
+            depth(y)[x] = canvas.depth(y)[x];
+        }
+    }
+}
 
 void darken_proxies(const ViewGeometry& geometry, std::uint32_t proxies, const PixelRect& rect, const Canvas& canvas,
                     Rows<std::uint32_t> numbers) {

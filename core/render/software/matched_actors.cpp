@@ -157,7 +157,7 @@ void keep_below(const ViewWork& work, ViewScratch& scratch, const PixelRect& ban
 void keep_where_shown(ViewScratch& scratch, const PixelRect& rect) {
     for (int y = rect.y0; y < rect.y1; ++y)
         for (int x = rect.x0; x < rect.x1; ++x)
-            if (scratch.numbers.rows()(y)[x] > scratch.statics.count) scratch.actors.rows()(y)[x] = 1;
+            if (scratch.numbers.rows()(y)[x] > scratch.statics.end()) scratch.actors.rows()(y)[x] = 1;
 }
 
 void keep_colors(const ViewWork& work, ViewScratch& scratch, const PixelRect& band) {

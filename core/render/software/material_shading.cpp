@@ -231,7 +231,41 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
     to = {geometry.has_tone_curve() ? pbr_neutral(light) : light, base.a};
 }
 
+template <typename Isa>
+CAMRIG_LANES void arriving_body(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                                const Lanes3& rays, bool has_movers, Lanes3& to) {
+    const Lanes3 normal = unit(turned(draw.optical_from_normal, points.normal));
+    const Lanes3 position = rays * points.z;
+    to = light_around<Isa>(geometry, draw, points, normal);
+    const auto add = [&](const Lanes3& towards, const Lanes3& color, int shadow) __attribute__((always_inline)) {
+        const Lanes cosine = max(dot(normal, towards), Lanes{});
+        if (Isa::bits(cosine > 0.0f) == 0) return;
+        Lanes3 light = color * cosine;
+        if (shadow >= 0)
+            light = light * lit_share<Isa>(geometry.shadows()[static_cast<std::size_t>(shadow)], has_movers, position,
+                                           normal, cosine);
+        to = to + light;
+    };
+    const SurfaceLights& lights = *draw.lights;
+    for (std::size_t i = 0; i < lights.directional.size(); ++i)
+        add(splat(lights.directional[i].towards), splat(lights.directional[i].color), lights.directional_shadows[i]);
+    // Lamps are in baked light.
+    for (std::size_t i = 0; geometry.baked() == nullptr && i < lights.local.size(); ++i) {
+        const LightAtPoint<PointGroup> local = light_at<PointGroup>(lights.local[i], position);
+        add(local.towards, splat(lights.local[i].color) * local.share, lights.local_shadows[i]);
+    }
+}
+
 }  // namespace
+
+CAMRIG_WIDE void arriving_light_wide(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                                     const Lanes3& rays, bool has_movers, Lanes3& to) {
+    arriving_body<Avx2Isa>(geometry, draw, points, rays, has_movers, to);
+}
+void arriving_light_plain(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                          const Lanes3& rays, bool has_movers, Lanes3& to) {
+    arriving_body<PlainIsa>(geometry, draw, points, rays, has_movers, to);
+}
 
 CAMRIG_WIDE void shade_material_wide(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
                                      const Lanes3& rays, bool has_movers, Rgba& to) {

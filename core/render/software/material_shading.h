@@ -17,4 +17,12 @@ struct Rgba {
 [[gnu::noinline]] void shade_material_plain(const ViewGeometry& geometry, const ViewDraw& draw,
                                             const SurfacePoints& points, const Lanes3& rays, bool has_movers, Rgba& to);
 
+/// The light that comes to a group of points of a matt surface, whatever its material is.
+[[gnu::noinline]] void arriving_light_wide(const ViewGeometry& geometry, const ViewDraw& draw,
+                                           const SurfacePoints& points, const Lanes3& rays, bool has_movers,
+                                           Lanes3& to);
+[[gnu::noinline]] void arriving_light_plain(const ViewGeometry& geometry, const ViewDraw& draw,
+                                            const SurfacePoints& points, const Lanes3& rays, bool has_movers,
+                                            Lanes3& to);
+
 }  // namespace camrig::render::software

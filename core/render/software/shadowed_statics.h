@@ -13,6 +13,7 @@ struct ShadowedStatics {
     ViewGeometry geometry;
     TriangleNumbers numbers;    ///< of its triangles
     std::uint32_t proxies = 0;  ///< so many of the first are not shaded (catchers.h)
+    Plane<float> depth;         ///< of these triangles; empty: that of the layer
 
     std::int64_t bytes() const { return geometry.bytes(); }
 };

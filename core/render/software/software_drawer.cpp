@@ -318,12 +318,17 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
 void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int bands) {
     add_triangles(work, scratch);
     if (work.has_areas) scratch.areas.begin(work.view->spec->size, bands);
+    if (scratch.catchers > 0) {
+        scratch.receivers.fit(work.view->spec->size);
+        scratch.receiver_depth.fit(work.view->spec->size);
+    }
     name_draws(scratch);
-    if (work.layer != nullptr && !work.is_in_parts) layers_.make(work, !scratch.blended_statics.empty());
+    if (work.layer != nullptr && !work.is_in_parts)
+        layers_.make(work, !scratch.blended_statics.empty(), scratch.catchers > 0);
     // Nobody keeps the statics alone: what movers hide of them is not shaded.
     const bool has_picture = work.backdrop != nullptr && work.is_shaded();
     if (work.layer == nullptr && !work.has_areas && !has_picture)
-        scratch.movers = {0, scratch.movers.first + scratch.movers.count};
+        scratch.movers = {scratch.statics.first, scratch.statics.count + scratch.movers.count};
 }
 
 void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {

@@ -26,7 +26,7 @@ void StaticLayers::take_handed(const View& view, const scene::SceneView& scene, 
     if (handed->kept.key == key) table_.put(view.camera, std::move(handed->kept));
 }
 
-void StaticLayers::make(ViewWork& work, bool has_blended) {
+void StaticLayers::make(ViewWork& work, bool has_blended, bool has_catchers) {
     const ImageSize size = work.view->spec->size;
     StaticLayer& layer = *work.layer;
     const bool is_shaded = work.is_shaded() && !layer.picture, is_new = layer.number == 0;
@@ -37,8 +37,9 @@ void StaticLayers::make(ViewWork& work, bool has_blended) {
         return work.channels[k].frame != nullptr && !layer.channels[k];
     };
     const auto is_light = static_cast<bool>(work.canvas.light);
-    std::int64_t bytes = (is_new + has_steps + is_shadowed) * Plane<float>::bytes_for(size) +
-                         (is_shaded + is_blended) * KeptPicture::bytes_for(size, is_light);
+    std::int64_t bytes =
+        (is_new + has_steps + is_shadowed + (is_shadowed && has_catchers)) * Plane<float>::bytes_for(size) +
+        (is_shaded + is_blended) * KeptPicture::bytes_for(size, is_light);
     for (const frame::FrameKind kind : channel_kinds)
         if (is_missing(kind)) bytes += Plane<float>::bytes_for(words_of(kind, size));
     {
@@ -60,6 +61,7 @@ void StaticLayers::make(ViewWork& work, bool has_blended) {
     if (is_shadowed) {
         layer.shadowed = std::make_unique<ShadowedStatics>();
         layer.shadowed->numbers = TriangleNumbers(size);
+        if (has_catchers) layer.shadowed->depth = Plane<float>(size);
     }
     if (has_steps) layer.areas.steps = Plane<std::uint32_t>(size);
     for (const frame::FrameKind kind : channel_kinds)

@@ -27,7 +27,7 @@ public:
     /// As LayerTable::layer_of.
     StaticLayer* layer_of(const View& view, const scene::SceneView& scene);
     /// Room for what the view's picture will show, if its layer has none of that yet.
-    void make(ViewWork& work, bool has_blended);
+    void make(ViewWork& work, bool has_blended, bool has_catchers);
     /// Of a picture whose layer is new: its edges, and the geometry that drew it, whose sizes only the picture tells.
     void keep_what_was_drawn(ViewWork& work, ViewScratch& scratch);
     /// Gathered light of the view's layer, for its sensor, if there is room.

@@ -37,19 +37,30 @@ void set_alpha(Rows<std::uint32_t> rows, const PixelRect& rect, bool is_opaque) 
             rows(y)[x] = is_opaque ? rows(y)[x] | alpha_bits : rows(y)[x] & ~alpha_bits;
 }
 
-/// The picture, and what a layer has over it.
+/// The picture, and what a layer has over it, which is opaque or not there.
 void show_picture_below(const world::Image& picture, Rows<std::uint32_t> layer, const PixelRect& rect,
                         Rows<std::uint32_t> to) {
     for (int y = rect.y0; y < rect.y1; ++y) {
         const std::uint8_t* const from = row_of(picture, y);
         const std::uint32_t* const over = layer(y);
         std::uint32_t* const out = to(y);
-        for (int x = rect.x0; x < rect.x1; ++x) {
-            std::uint32_t pixel = 0;
-            std::memcpy(&pixel, from + 4 * static_cast<std::ptrdiff_t>(x), sizeof pixel);
-            out[x] = over[x] < alpha_bits ? pixel : over[x];
+        int x = rect.x0;
+        for (; x + lane_count <= rect.x1; x += lane_count) {
+            const IntLanes above = load_lanes(over + x);
+            // Alpha is its upper bits.
+            store_lanes(out + x, above < 0 ? above : load_lanes(from + 4 * static_cast<std::ptrdiff_t>(x)));
+        }
+        for (; x < rect.x1; ++x) {
+            std::memcpy(out + x, from + 4 * static_cast<std::ptrdiff_t>(x), sizeof *out);
+            if (over[x] >= alpha_bits) out[x] = over[x];
         }
     }
+}
+
+/// scratch.numbers are those of what stands still.
+void keep_receivers(ShadowedStatics& to, const ViewScratch& scratch, const PixelRect& band) {
+    copy(scratch.numbers.rows(), to.numbers.rows(), band);
+    if (scratch.catchers > 0) copy(scratch.receiver_depth.rows(), to.depth.rows(), band);
 }
 
 /// has_movers: as of shade_visible.
@@ -57,15 +68,19 @@ void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork&
                  bool has_movers) {
     // What nothing is in front of shows the picture, too.
     const bool lays_picture = &triangles == &scratch.statics && is_sampled(work) && work.backdrop->projected;
-    if ((triangles.count == 0 && !lays_picture) || work.rects.empty()) return;
+    const bool has_catchers = &triangles == &scratch.statics && scratch.catchers > 0;
+    if ((triangles.count == 0 && !lays_picture && !has_catchers) || work.rects.empty()) return;
     const PixelRect hull = common(hull_of(work.rects), band);
     if (hull.height() <= 0) return;
     // What is in the range lies in the rectangles: once for all of them.
     find_visible(scratch.geometry, triangles.first, triangles.count, hull, work.canvas, scratch.numbers);
-    if (!has_movers && work.layer->shadowed != nullptr)
-        copy(scratch.numbers.rows(), work.layer->shadowed->numbers.rows(), band);
+    for (const PixelRect& rect : work.rects) describe_visible(scratch, common(rect, band), work);
+    if (has_catchers) {
+        find_receivers(scratch, hull, work.canvas, scratch.numbers.rows());
+        copy(scratch.receivers.rows(), scratch.numbers.rows(), hull);
+    }
+    if (!has_movers && work.layer->shadowed != nullptr) keep_receivers(*work.layer->shadowed, scratch, band);
     for (const PixelRect& rect : work.rects) {
-        describe_visible(scratch, common(rect, band), work);
         if (lays_picture)
             draw_projected(work, scratch.geometry, scratch.proxies, common(rect, band), scratch.numbers.rows());
         // What movers keep from a layer is found anew in each picture (draw_shadows_of_movers).
@@ -101,7 +116,7 @@ void draw_shadows_of_movers(ViewWork& work, ViewScratch& scratch, const PixelRec
     const std::uint32_t proxies = work.is_in_parts ? statics.proxies : scratch.proxies;
     for (const PixelRect& rect : work.rects) {
         const PixelRect part = common(rect, band);
-        find_shadowed(geometry, part, work.layer->depth.rows(), statics.numbers.rows(), scratch.numbers.rows());
+        find_shadowed(geometry, part, work.layer->depth_of_shadowed(), statics.numbers.rows(), scratch.numbers.rows());
         catch_shadows(geometry, proxies, true, part, work.canvas, scratch.numbers.rows());
         shade_visible(geometry, part, work.canvas, scratch.numbers);
     }

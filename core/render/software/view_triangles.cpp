@@ -15,6 +15,10 @@ void keep_only(std::span<const ObjectId> objects, std::vector<scene::SeenSurface
     });
 }
 
+std::uint32_t triangles_in(const ViewGeometry& geometry) {
+    return static_cast<std::uint32_t>(geometry.triangles().size());
+}
+
 }  // namespace
 
 void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
@@ -25,13 +29,13 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
         return scratch.geometry.add(seen, *primitives[seen.placed->index],
                                     work.ahead != nullptr ? work.ahead->positions_of(seen) : nullptr);
     };
-    const auto count = [&] { return static_cast<std::uint32_t>(scratch.geometry.triangles().size()); };
+    const auto count = [&] { return triangles_in(scratch.geometry); };
     const bool is_beautiful = work.scene.quality == world::Quality::beautiful;
     scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows,
                                 is_beautiful ? caches_.baked->of(*scene_.snapshot()->statics) : nullptr);
     scratch.opaque.clear();
     scratch.blending.clear();
-    scratch.proxies = 0;
+    scratch.catchers = scratch.proxies = 0;
     const bool is_shaded = work.is_shaded();
     work.scene.see_all(true, work.is_in_parts ? nullptr : &scratch.opaque, is_shaded ? &scratch.blending : nullptr);
     if (work.backdrop != nullptr) add_proxies(work, scratch);
@@ -45,9 +49,9 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
         std::erase_if(scratch.blending,
                       [&](const scene::SeenSurface& seen) { return !work.scene.touches(seen, work.rects); });
     for (const scene::SeenSurface& seen : scratch.opaque) add(seen);
-    scratch.statics = {0, count()};
+    scratch.statics = {scratch.catchers, count() - scratch.catchers};
     for (const scene::SeenSurface& seen : work.movers.opaque) add(seen);
-    scratch.movers = {scratch.statics.count, count() - scratch.statics.count};
+    scratch.movers = {scratch.statics.end(), count() - scratch.statics.end()};
     scratch.blended_statics.clear();
     for (const scene::SeenSurface& seen : scratch.blending) scratch.blended_statics.push_back(add(seen));
     scratch.blended.assign(scratch.blended_statics.begin(), scratch.blended_statics.end());
@@ -65,10 +69,18 @@ void SoftwareDrawer::add_proxies(ViewWork& work, ViewScratch& scratch) {
     if (work.is_in_parts) return;
     if (work.proxies != nullptr && work.view->only_objects.empty()) {
         find_primitives(*work.proxies, scratch.proxy_primitives);
+        const auto catches_only = [&](const scene::PlacedSurface& surface) {
+            return std::ranges::any_of(work.backdrop->catchers, [&](const world::Instance& catcher) {
+                return catcher.info.get() == surface.object;
+            });
+        };
         for (const scene::PlacedSurface& surface : work.proxies->all()) {
             if (surface.primitive->is_blended) continue;
-            if (const auto seen = work.scene.see(surface, true))
-                scratch.geometry.add(*seen, *scratch.proxy_primitives[surface.index]);
+            const auto seen = work.scene.see(surface, true);
+            if (!seen) continue;
+            scratch.geometry.add(*seen, *scratch.proxy_primitives[surface.index]);
+            // Those come first.
+            if (catches_only(surface)) scratch.catchers = triangles_in(scratch.geometry);
         }
     }
     if (role == world::SceneInBackdrop::proxies && work.view->only_objects.empty()) {
@@ -76,7 +88,7 @@ void SoftwareDrawer::add_proxies(ViewWork& work, ViewScratch& scratch) {
             scratch.geometry.add(seen, *static_primitives_[seen.placed->index]);
         scratch.opaque.clear();
     }
-    scratch.proxies = static_cast<std::uint32_t>(scratch.geometry.triangles().size());
+    scratch.proxies = triangles_in(scratch.geometry);
 }
 
 }  // namespace camrig::render::software

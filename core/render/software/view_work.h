@@ -48,7 +48,8 @@ struct StaticLayer {
     bool is_blended = false;                    ///< of a film: something is blended over all that stands still
     StaticAreas areas;                          ///< of pictures of exact areas, with `picture`
     std::unique_ptr<ShadowedStatics> shadowed;  ///< with `picture`, where there are shadows
-    sensor::SiteLight sites;                    ///< of the finished picture, for the sensor that asked last
+    Rows<float> depth_of_shadowed() const { return shadowed->depth ? shadowed->depth.rows() : depth.rows(); }
+    sensor::SiteLight sites;  ///< of the finished picture, for the sensor that asked last
     /// By kind, as their frames are; empty: nobody asked for it yet.
     std::array<Plane<std::uint32_t>, frame::frame_kind_count> channels;
     std::map<ObjectId, frame::Silhouette> silhouettes;  ///< of static objects whose were asked for
@@ -132,19 +133,23 @@ struct ViewWork {
 
 struct TriangleRange {
     std::uint32_t first = 0, count = 0;
+    std::uint32_t end() const { return first + count; }
 };
 
 /// What it takes to draw a view.
 struct ViewScratch {
     ViewGeometry geometry;
     TriangleRange statics, movers;                             ///< opaque
-    std::uint32_t proxies = 0;                                 ///< so many of the first triangles, of `statics` too
+    std::uint32_t catchers = 0;                                ///< so many of the first triangles, before `statics`
+    std::uint32_t proxies = 0;                                 ///< so many, with them and the first of `statics`
     std::vector<ViewDraw> blended_statics, blended;            ///< from far to near; the second with the first
     std::vector<scene::SeenSurface> opaque, blending;          ///< static ones, as they are seen
     std::vector<const SoftwarePrimitive*> proxy_primitives;    ///< of ViewWork::proxies
     std::vector<std::int32_t> ids_of_draws, classes_of_draws;  ///< by draw, for channels
     TriangleNumbers numbers;
     Plane<float> depth;
+    TriangleNumbers receivers;    ///< where there are catchers (find_receivers)
+    Plane<float> receiver_depth;  ///< of these
     AreaScratch areas;
     Plane<std::uint32_t> below, actors, actor_colors;  ///< of what is matched to a photo (matched_actors.h)
     Plane<std::uint32_t> color;                        ///< of pictures whose rows are no whole groups of lanes

@@ -142,7 +142,7 @@ Result<std::shared_ptr<const Backdrop>> make_backdrop(const CameraSpec& spec) {
         made->files = given.files;
     }
     for (std::size_t i = 0; i < given.proxies.walkable.size(); ++i) {
-        const GroundProxy& ground = given.proxies.walkable[i];
+        const LevelGround& ground = given.proxies.walkable[i];
         const std::string place = item_path(proxies + "walkable", i);
         const auto corners = maker.corners_of(ground);
         if (!corners) return under(place, corners.error());
@@ -151,8 +151,12 @@ Result<std::shared_ptr<const Backdrop>> make_backdrop(const CameraSpec& spec) {
         for (const glm::dvec3& corner : *corners) made->walkable.back().emplace_back(corner + taker.pose.position);
     }
     made->walkable.insert(made->walkable.end(), given.files->walkable.begin(), given.files->walkable.end());
-    if (const ModelRef own = maker.model()) made->proxies.push_back(proxy_at(own, taker.pose.position));
-    if (given.files->proxies != nullptr) made->proxies.push_back(proxy_at(given.files->proxies, glm::dvec3(0.0)));
+    const auto put = [&](std::vector<Instance>& to, const ModelRef& own, const ModelRef& of_file) {
+        if (own != nullptr) to.push_back(proxy_at(own, taker.pose.position));
+        if (of_file != nullptr) to.push_back(proxy_at(of_file, glm::dvec3(0.0)));
+    };
+    put(made->proxies, maker.hiding(), given.files->proxies);
+    put(made->catchers, maker.catching(), given.files->catchers);
     for (std::size_t i = 0; i < given.ignore.size(); ++i) {
         if (given.ignore[i].polygon_px.size() < 3)
             return std::unexpected(

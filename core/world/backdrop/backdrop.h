@@ -26,6 +26,7 @@ struct BackdropFiles {
     /// Of a projected picture, else null.
     std::shared_ptr<const PicturePyramid> projected;
     ModelRef proxies;                               ///< null: none
+    ModelRef catchers;                              ///< of the same file; null: none
     std::vector<std::vector<glm::dvec2>> walkable;  ///< of the same file
     /// Of each of the cut-outs, in the picture's pixels; empty: it has no mask.
     std::vector<std::vector<PixelRect>> masks;
@@ -58,6 +59,7 @@ struct Backdrop {
     double yaw_rad = 0.0;                           ///< of the panorama
     std::optional<ProjectedPicture> projected;      ///< nullopt: it is none
     std::vector<Instance> proxies;                  ///< without those of the scene; their id and class number are 0
+    std::vector<Instance> catchers;                 ///< such ones that hide nobody: shadows fall on them
     std::vector<IgnoredRegion> ignore;              ///< in the camera's pixels
     std::vector<std::vector<glm::dvec2>> walkable;  ///< polygons in the world; empty: anywhere
 

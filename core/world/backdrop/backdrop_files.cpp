@@ -165,6 +165,7 @@ Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& fold
                 auto proxies = proxies_of_model(*model);
                 if (!proxies) return at(file.string(), proxies.error());
                 files->proxies = std::move(proxies->shapes);
+                files->catchers = std::move(proxies->catchers);
                 files->walkable = std::move(proxies->walkable);
                 return {};
             });

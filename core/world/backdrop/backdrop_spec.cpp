@@ -168,6 +168,23 @@ FieldOf<BackdropSpec> lens_of_picture() {
 }
 
 template <typename T>
+auto ground_polygon_m() {
+    return polygon_at<&T::polygon_m>({.name = "polygon_m", .doc = "its corners in the world", .unit = "m"});
+}
+template <typename T>
+auto ground_polygon_px() {
+    return polygon_at<&T::polygon_px>(
+        {.name = "polygon_px", .doc = "instead: its corners in the picture, below the horizon", .unit = "px"});
+}
+
+template <typename T>
+auto role_of_shape() {
+    return field_at<&T::role>({.name = "role",
+                               .doc = "both: it hides who goes behind it, and shadows fall on it; catcher: only "
+                                      "shadows fall on it; holdout: it only hides"});
+}
+
+template <typename T>
 auto ground_height() {
     return field_at<&T::z>({.name = "z", .doc = "height of the ground", .unit = "m", .range = {-most_m, most_m}});
 }
@@ -179,6 +196,12 @@ std::span<const Named<BackdropKind>> names_of(std::type_identity<BackdropKind>) 
                                                     {BackdropKind::film, "film"},
                                                     {BackdropKind::panorama, "panorama"},
                                                     {BackdropKind::projected, "projected"}};
+    return names;
+}
+
+std::span<const Named<ProxyRole>> names_of(std::type_identity<ProxyRole>) {
+    static constexpr Named<ProxyRole> names[] = {
+        {ProxyRole::both, "both"}, {ProxyRole::catcher, "catcher"}, {ProxyRole::holdout, "holdout"}};
     return names;
 }
 
@@ -202,12 +225,16 @@ FieldTable<PlateNoise> fields_of(std::type_identity<PlateNoise>) {
     return table;
 }
 
+FieldTable<LevelGround> fields_of(std::type_identity<LevelGround>) {
+    static const std::vector<FieldOf<LevelGround>> table{
+        ground_polygon_m<LevelGround>(), ground_polygon_px<LevelGround>(), ground_height<LevelGround>()};
+    return table;
+}
+
 FieldTable<GroundProxy> fields_of(std::type_identity<GroundProxy>) {
-    static const std::vector<FieldOf<GroundProxy>> table{
-        polygon_at<&GroundProxy::polygon_m>({.name = "polygon_m", .doc = "its corners in the world", .unit = "m"}),
-        polygon_at<&GroundProxy::polygon_px>(
-            {.name = "polygon_px", .doc = "instead: its corners in the picture, below the horizon", .unit = "px"}),
-        ground_height<GroundProxy>()};
+    static const std::vector<FieldOf<GroundProxy>> table{ground_polygon_m<GroundProxy>(),
+                                                         ground_polygon_px<GroundProxy>(), ground_height<GroundProxy>(),
+                                                         role_of_shape<GroundProxy>()};
     return table;
 }
 
@@ -218,7 +245,8 @@ FieldTable<BoxProxy> fields_of(std::type_identity<BoxProxy>) {
         numbers_at<&BoxProxy::size>({.name = "size", .doc = "along its x, y and z", .required = true, .unit = "m"},
                                     least_box_m, most_box_m),
         field_at<&BoxProxy::yaw_deg>(
-            {.name = "yaw_deg", .doc = "about z, counter-clockwise", .unit = "deg", .range = {-360, 360}})};
+            {.name = "yaw_deg", .doc = "about z, counter-clockwise", .unit = "deg", .range = {-360, 360}}),
+        role_of_shape<BoxProxy>()};
     return table;
 }
 
@@ -234,7 +262,7 @@ FieldTable<CutoutProxy> fields_of(std::type_identity<CutoutProxy>) {
                                            .required = true,
                                            .unit = "px"},
                                           -1e6, 1e6),
-        ground_height<CutoutProxy>()};
+        ground_height<CutoutProxy>(), role_of_shape<CutoutProxy>()};
     return table;
 }
 
@@ -251,7 +279,8 @@ FieldTable<DepthProxy> fields_of(std::type_identity<DepthProxy>) {
                                      .required = true}),
         field_at<&DepthProxy::unit_m>({.name = "unit_m", .doc = "of its numbers", .unit = "m", .range = {1e-6, 1e3}}),
         field_at<&DepthProxy::measure>(
-            {.name = "measure", .doc = "what they tell. z: along the camera's axis; range: from its eye"})};
+            {.name = "measure", .doc = "what they tell. z: along the camera's axis; range: from its eye"}),
+        role_of_shape<DepthProxy>()};
     return table;
 }
 
@@ -260,7 +289,8 @@ FieldTable<ProxiesSpec> fields_of(std::type_identity<ProxiesSpec>) {
         field_at<&ProxiesSpec::file>(
             {.name = "file",
              .doc = ".glb or .gltf, placed in the world as it is; beside `file` of the picture. Its nodes may say by "
-                    "extras.camrig_proxy what they are: ground, obstacle, wall or walkable. Empty: none"}),
+                    "extras.camrig_proxy what they are: ground, obstacle, wall, catcher, holdout or walkable. Empty: "
+                    "none"}),
         field_at<&ProxiesSpec::ground>({.name = "ground",
                                         .doc = "a piece of level ground, by one of the polygons",
                                         .null = "none",

@@ -32,10 +32,25 @@ std::span<const Named<BackdropKind>> names_of(std::type_identity<BackdropKind>);
 enum class SceneInBackdrop : std::uint8_t { drawn, proxies, hidden };
 std::span<const Named<SceneInBackdrop>> names_of(std::type_identity<SceneInBackdrop>);
 
+/// What a shape does. catcher: shadows fall on it, and it hides nobody; holdout: it hides who goes behind it, and no
+/// shadow falls on it.
+enum class ProxyRole : std::uint8_t { both, catcher, holdout };
+std::span<const Named<ProxyRole>> names_of(std::type_identity<ProxyRole>);
+
 /// A piece of level ground. One of the polygons.
+struct LevelGround {
+    std::vector<glm::dvec2> polygon_m, polygon_px;
+    double z = 0.0;
+    friend bool operator==(const LevelGround&, const LevelGround&) = default;
+};
+FieldTable<LevelGround> fields_of(std::type_identity<LevelGround>);
+
+/// Such a piece as a shape.
 struct GroundProxy {
     std::vector<glm::dvec2> polygon_m, polygon_px;
     double z = 0.0;
+    ProxyRole role = ProxyRole::both;
+    LevelGround where() const { return {polygon_m, polygon_px, z}; }
     friend bool operator==(const GroundProxy&, const GroundProxy&) = default;
 };
 FieldTable<GroundProxy> fields_of(std::type_identity<GroundProxy>);
@@ -45,6 +60,7 @@ struct BoxProxy {
     glm::dvec3 position{0.0};
     glm::dvec3 size{1.0};
     double yaw_deg = 0.0;  ///< about z, counter-clockwise
+    ProxyRole role = ProxyRole::both;
     friend bool operator==(const BoxProxy&, const BoxProxy&) = default;
 };
 FieldTable<BoxProxy> fields_of(std::type_identity<BoxProxy>);
@@ -56,6 +72,7 @@ struct CutoutProxy {
     std::string mask;  ///< a picture of the same size; empty: the polygon counts
     glm::dvec2 foot_px{0.0};
     double z = 0.0;  ///< of the ground at its foot
+    ProxyRole role = ProxyRole::both;
     friend bool operator==(const CutoutProxy&, const CutoutProxy&) = default;
 };
 FieldTable<CutoutProxy> fields_of(std::type_identity<CutoutProxy>);
@@ -69,18 +86,20 @@ struct DepthProxy {
     std::string file;       ///< a PNG of 16-bit gray, of the picture's size; 0: nothing there
     double unit_m = 0.001;  ///< of its numbers
     DepthMeasure measure = DepthMeasure::z;
+    ProxyRole role = ProxyRole::both;
     friend bool operator==(const DepthProxy&, const DepthProxy&) = default;
 };
 FieldTable<DepthProxy> fields_of(std::type_identity<DepthProxy>);
 
-/// The shapes of what the picture shows: they hide what goes behind them, and shadows fall on them.
+/// The shapes of what the picture shows: they hide what goes behind them, and shadows fall on them, unless their role
+/// is one of both only.
 struct ProxiesSpec {
     std::string file;  ///< glTF, in the world's place; empty: none
     std::optional<GroundProxy> ground;
     std::vector<BoxProxy> boxes;
     std::vector<CutoutProxy> cutouts;
     std::optional<DepthProxy> depth;
-    std::vector<GroundProxy> walkable;  ///< where people may go; no shapes. Empty: anywhere
+    std::vector<LevelGround> walkable;  ///< where people may go; no shapes. Empty: anywhere
     SceneInBackdrop scene = SceneInBackdrop::drawn;
     friend bool operator==(const ProxiesSpec&, const ProxiesSpec&) = default;
 

@@ -24,9 +24,10 @@ glm::vec3 gltf_axes(const glm::dvec3& p) {
 }
 
 /// Proxies are seen by what they hide and what falls on them, never by their colour.
-Material material_of_proxies() {
+Material material_of(ProxyRole role) {
     Material material;
-    material.name = "proxy";
+    material.name = std::string(to_string(role));
+    material.unlit = role == ProxyRole::holdout;
     material.base_color = {0.5f, 0.5f, 0.5f, 1.0f};
     material.metallic = 0.0f;
     material.double_sided = true;
@@ -54,12 +55,12 @@ bool ProxyMaker::is_ahead(const std::vector<glm::dvec3>& corners) const {
 
 void ProxyMaker::begin(const glm::dvec3& normal) {
     normal_ = gltf_axes(normal);
-    first_ = static_cast<std::uint32_t>(primitive_.positions.size());
+    first_ = static_cast<std::uint32_t>(primitive().positions.size());
 }
 
 void ProxyMaker::corner(const glm::dvec3& place) {
-    primitive_.positions.push_back(gltf_axes(place));
-    primitive_.normals.push_back(normal_);
+    primitive().positions.push_back(gltf_axes(place));
+    primitive().normals.push_back(normal_);
 }
 
 std::vector<glm::dvec2> ProxyMaker::with_short_sides(const std::vector<glm::dvec2>& polygon) const {
@@ -77,7 +78,7 @@ std::vector<glm::dvec2> ProxyMaker::with_short_sides(const std::vector<glm::dvec
     return made;
 }
 
-Result<std::vector<glm::dvec3>> ProxyMaker::corners_of(const GroundProxy& ground) const {
+Result<std::vector<glm::dvec3>> ProxyMaker::corners_of(const LevelGround& ground) const {
     if (ground.polygon_m.empty() == ground.polygon_px.empty())
         return std::unexpected(refused(": give one of polygon_m and polygon_px"));
     if (!(eye().z > ground.z))
@@ -96,7 +97,7 @@ Result<std::vector<glm::dvec3>> ProxyMaker::corners_of(const GroundProxy& ground
 }
 
 Result<void> ProxyMaker::add(const GroundProxy& ground) {
-    const auto found = corners_of(ground);
+    const auto found = corners_of(ground.where());
     if (!found) return std::unexpected(found.error());
     const std::vector<glm::dvec3>& corners = *found;
     const char* const given = ground.polygon_px.empty() ? ".polygon_m" : ".polygon_px";
@@ -105,6 +106,7 @@ Result<void> ProxyMaker::add(const GroundProxy& ground) {
     for (const glm::dvec3& p : corners) flat.emplace_back(p);
     const auto triangles = triangles_of(flat);
     if (!triangles) return at(given, triangles.error());
+    role_ = ground.role;
     begin({0.0, 0.0, 1.0});
     for (const glm::dvec3& p : corners) corner(p);
     close(*triangles);
@@ -122,6 +124,7 @@ Result<void> ProxyMaker::add(const BoxProxy& box) {
                           turned * (0.5 * box.size *
                                     glm::dvec3((i & 1) != 0 ? 1 : -1, (i & 2) != 0 ? 1 : -1, (i & 4) != 0 ? 1 : -1)));
     if (!is_ahead(corners)) return std::unexpected(refused(": is behind the camera"));
+    role_ = box.role;
     for (const BoxFace& face : box_faces()) {
         begin(turned * face.normal);
         for (const glm::dvec3& c : face.corners) corner(middle + turned * (0.5 * box.size * c));
@@ -144,6 +147,7 @@ Result<void> ProxyMaker::add(const CutoutProxy& cutout, std::span<const PixelRec
         if (along > 1e-3) return *d * (distance / along);
         return std::unexpected(refused(given + ": not all of it can stand upright at its foot as the camera sees it"));
     };
+    role_ = cutout.role;
     for (const PixelRect& piece : mask) {
         begin(glm::dvec3(-ahead, 0.0));
         for (const auto& [x, y] :
@@ -173,6 +177,8 @@ Result<void> ProxyMaker::add(const CutoutProxy& cutout, std::span<const PixelRec
 
 Result<void> ProxyMaker::add(const DepthProxy& depth, std::span<const DepthPiece> pieces) {
     std::array<glm::dvec3, 4> corners;
+    role_ = depth.role;
+    bool is_seen = false;
     for (const DepthPiece& piece : pieces) {
         const auto [x0, y0, x1, y1] = piece.rect;
         std::size_t known = 0;
@@ -191,25 +197,32 @@ Result<void> ProxyMaker::add(const DepthProxy& depth, std::span<const DepthPiece
         begin(normal / std::max(glm::length(normal), 1e-300) * (glm::dot(normal, corners[0]) > 0.0 ? -1.0 : 1.0));
         for (const glm::dvec3& place : corners) corner(place);
         close(box_face_triangles);
+        is_seen = true;
     }
-    if (primitive_.indices.empty()) return std::unexpected(refused(".file: the lens sees nothing where it has depth"));
+    if (!is_seen) return std::unexpected(refused(".file: the lens sees nothing where it has depth"));
     return {};
 }
 
-ModelRef ProxyMaker::model() {
-    if (primitive_.indices.empty()) return nullptr;
-    primitive_.material = 0;
-    primitive_.bounds = {primitive_.positions.front(), primitive_.positions.front()};
-    for (const glm::vec3& p : primitive_.positions) {
-        primitive_.bounds.min = glm::min(primitive_.bounds.min, p);
-        primitive_.bounds.max = glm::max(primitive_.bounds.max, p);
-    }
+ModelRef ProxyMaker::model_of(std::initializer_list<ProxyRole> roles) {
     auto model = std::make_shared<Model>();
+    Mesh mesh{.name = "proxies", .primitives = {}, .weights = {}};
+    for (const ProxyRole role : roles) {
+        Primitive& made = primitives_[static_cast<std::size_t>(role)];
+        if (made.indices.empty()) continue;
+        made.material = static_cast<int>(model->materials.size());
+        made.bounds = {made.positions.front(), made.positions.front()};
+        for (const glm::vec3& p : made.positions) {
+            made.bounds.min = glm::min(made.bounds.min, p);
+            made.bounds.max = glm::max(made.bounds.max, p);
+        }
+        mesh.primitives.push_back(std::move(made));
+        model->materials.push_back(material_of(role));
+    }
+    if (mesh.primitives.empty()) return nullptr;
     model->name = "proxies";
     model->nodes.push_back({.name = "proxies", .local = {}, .mesh = 0, .weights = {}, .keypoint = {}});
     model->order = {0};
-    model->meshes.push_back({.name = "proxies", .primitives = {std::move(primitive_)}, .weights = {}});
-    model->materials.push_back(material_of_proxies());
+    model->meshes.push_back(std::move(mesh));
     return model;
 }
 

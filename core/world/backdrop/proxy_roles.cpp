@@ -10,8 +10,9 @@
 namespace camrig::world {
 namespace {
 
-constexpr std::array<std::string_view, 3> shape_roles{"ground", "obstacle", "wall"};
-constexpr std::string_view walkable_role = "walkable";
+constexpr std::string_view catcher_role = "catcher", holdout_role = "holdout", walkable_role = "walkable";
+constexpr std::array shape_roles{std::string_view("ground"), std::string_view("obstacle"), std::string_view("wall"),
+                                 catcher_role, holdout_role};
 constexpr std::size_t most_walkable_triangles = 5000;
 
 std::unexpected<Error> wrong(const Node& node, ErrorKind kind, const std::string& what) {
@@ -28,7 +29,7 @@ Result<std::vector<std::string>> roles_of(const Model& model) {
         if (!node.proxy.empty() && node.proxy != walkable_role &&
             std::ranges::find(shape_roles, node.proxy) == shape_roles.end())
             return wrong(node, ErrorKind::invalid_argument,
-                         "'" + node.proxy + "' is none of ground, obstacle, wall and walkable");
+                         "'" + node.proxy + "' is none of ground, obstacle, wall, catcher, holdout and walkable");
     }
     return roles;
 }
@@ -56,28 +57,53 @@ Result<void> add_walkable(const Model& model, const PosedModel& pose, std::size_
     return {};
 }
 
+/// The model with the meshes of those nodes alone; null: none has one.
+template <typename IsWanted>
+ModelRef only(const Model& model, const std::vector<std::string>& roles, const IsWanted& is_wanted) {
+    Model made = model;
+    bool has_any = false;
+    for (std::size_t i = 0; i < made.nodes.size(); ++i) {
+        Node& node = made.nodes[i];
+        if (node.mesh < 0) continue;
+        if (!is_wanted(roles[i])) {
+            node.mesh = node.skin = -1;
+            continue;
+        }
+        has_any = true;
+        if (roles[i] != holdout_role) continue;
+        // What has no light has none to lose.
+        Mesh mesh = made.meshes[static_cast<std::size_t>(node.mesh)];
+        for (Primitive& primitive : mesh.primitives) {
+            Material material =
+                primitive.material < 0 ? Material{} : made.materials[static_cast<std::size_t>(primitive.material)];
+            material.unlit = true;
+            primitive.material = static_cast<int>(made.materials.size());
+            made.materials.push_back(std::move(material));
+        }
+        node.mesh = static_cast<int>(made.meshes.size());
+        made.meshes.push_back(std::move(mesh));
+    }
+    return has_any ? std::make_shared<const Model>(std::move(made)) : nullptr;
+}
+
 }  // namespace
 
 Result<ModelProxies> proxies_of_model(const ModelRef& model) {
     const auto roles = roles_of(*model);
     if (!roles) return std::unexpected(roles.error());
-    if (std::ranges::all_of(*roles, &std::string::empty)) return ModelProxies{model, {}};
+    if (std::ranges::all_of(*roles, &std::string::empty)) return ModelProxies{model, {}, {}};
     ModelProxies made;
     PosedModel pose;
     pose_model(*model, {}, pose);
-    Model shapes = *model;
-    bool has_shapes = false;
     for (const int number : model->order) {
         const auto i = static_cast<std::size_t>(number);
-        if (shapes.nodes[i].mesh < 0) continue;
-        const bool is_walkable = (*roles)[i] == walkable_role, is_shape = !is_walkable && !(*roles)[i].empty();
-        if (is_walkable)
-            if (auto added = add_walkable(*model, pose, i, made.walkable); !added)
-                return std::unexpected(added.error());
-        has_shapes |= is_shape;
-        if (!is_shape) shapes.nodes[i].mesh = shapes.nodes[i].skin = -1;
+        if (model->nodes[i].mesh < 0 || (*roles)[i] != walkable_role) continue;
+        if (auto added = add_walkable(*model, pose, i, made.walkable); !added) return std::unexpected(added.error());
     }
-    if (has_shapes) made.shapes = std::make_shared<const Model>(std::move(shapes));
+    made.shapes = only(*model, *roles, [](const std::string& role) {
+        return !role.empty() && role != walkable_role && role != catcher_role;
+    });
+    made.catchers = only(*model, *roles, [](const std::string& role) { return role == catcher_role; });
     return made;
 }
 

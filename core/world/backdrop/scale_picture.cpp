@@ -18,6 +18,8 @@ double linear_of_code(double code) {
 struct Curve {
     std::array<float, 256> linear{};
     std::array<float, 256> next{};  ///< linear light from which the next code is nearer
+    static constexpr int bins = 4096;
+    std::array<std::uint8_t, bins + 1> least{};  ///< the code of light that is so many times 1 / bins
 
     Curve() {
         for (std::size_t i = 0; i < linear.size(); ++i) {
@@ -25,9 +27,15 @@ struct Curve {
             next[i] = static_cast<float>(linear_of_code(static_cast<double>(i) + 0.5));
         }
         next.back() = 2.0f;
+        for (int i = 0; i <= bins; ++i)
+            least[static_cast<std::size_t>(i)] =
+                static_cast<std::uint8_t>(std::ranges::upper_bound(next, static_cast<float>(i) / bins) - next.begin());
     }
     std::uint8_t code(float light) const {
-        return static_cast<std::uint8_t>(std::ranges::upper_bound(next, light) - next.begin());
+        // The shares of a pixel may add up to a little more than 1.
+        std::uint8_t code = least[static_cast<std::size_t>(std::min(light, 1.0f) * bins)];
+        while (light >= next[code]) ++code;
+        return code;
     }
 };
 
@@ -54,11 +62,12 @@ std::vector<Span> spans_of(int from, int to) {
 }  // namespace
 
 Image scaled_picture(const Image& picture, ImageSize to) {
-    Image made = picture;
-    if (picture.size != to) {
+    Image made{.size = to, .rgba = {}};
+    if (picture.size == to) {
+        made.rgba = picture.rgba;
+    } else {
         static const Curve curve;
-        made.size = to;
-        made.rgba.assign(static_cast<std::size_t>(to.pixels()) * 4, 0);
+        made.rgba.resize(static_cast<std::size_t>(to.pixels()) * 4);
         const std::vector<Span> columns = spans_of(picture.size.width, to.width),
                                 rows = spans_of(picture.size.height, to.height);
         std::vector<float> row(static_cast<std::size_t>(to.width) * 3);

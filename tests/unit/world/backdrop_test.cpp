@@ -138,6 +138,10 @@ TEST(Backdrop, WhatIsWrongIsToldWithItsPlace) {
              R"("boxes": [{"position": [6, 4, 0], "size": [1, 1, 1]}, {"position": [-6, 0, 0], "size": [1, 1, 1]}])"),
          "", "backdrop.proxies.boxes[1]: is behind the camera"},
         {proxies(R"("boxes": [{"position": [6, 4, 0], "size": [1, 0, 1]}])"), "", "backdrop.proxies.boxes[0].size: "},
+        {proxies(R"("boxes": [{"position": [6, 4, 0], "size": [1, 1, 1], "role": "shadow"}])"), "",
+         "backdrop.proxies.boxes[0].role: "},
+        {proxies(ground + R"(, "walkable": [{"polygon_m": [[5, 2], [9, 2], [9, 6]], "role": "catcher"}])"), "",
+         "backdrop.proxies.walkable[0]"},
         {proxies(R"("cutouts": [{"polygon_px": [[1, 1], [9, 1], [9, 9]], "foot_px": [400, 60]}])"), "",
          "backdrop.proxies.cutouts[0].foot_px: is over the horizon"},
         {proxies(R"("cutouts": [{"polygon_px": [[1, 1], [9, 1]], "foot_px": [400, 460]}])"), "",
@@ -167,6 +171,23 @@ TEST(Backdrop, WhatIsWrongIsToldWithItsPlace) {
         ASSERT_FALSE(spec) << one.message;
         EXPECT_THAT(spec.error().message, StartsWith(one.message)) << one.backdrop;
     }
+}
+
+TEST(Backdrop, ShapesAreTakenByTheirRoles) {
+    const auto spec = camera(proxies(R"("ground": {"polygon_m": [[5, 2], [9, 2], [9, 6]], "role": "catcher"},
+        "boxes": [{"position": [6, 4, 0], "size": [1, 1, 1], "role": "holdout"},
+                  {"position": [8, 4, 0], "size": [1, 1, 1]}])"));
+    ASSERT_TRUE(spec) << spec.error().message;
+    const auto mesh_of = [](const std::vector<Instance>& shapes) -> const Model& { return *shapes.at(0).info->model; };
+    const Model &hiding = mesh_of(spec->backdrop_here->proxies), &catching = mesh_of(spec->backdrop_here->catchers);
+    ASSERT_EQ(hiding.meshes[0].primitives.size(), 2u);
+    for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
+        EXPECT_EQ(hiding.meshes[0].primitives[i].positions.size(), 24u);
+        EXPECT_EQ(hiding.materials[i].unlit, i == 1) << "a holdout has no light to lose";
+    }
+    ASSERT_EQ(catching.meshes[0].primitives.size(), 1u);
+    EXPECT_EQ(catching.meshes[0].primitives[0].positions.size(), 3u);
+    EXPECT_FALSE(catching.materials[0].unlit);
 }
 
 TEST(Backdrop, PictureHasTheSidesOfTheCamera) {

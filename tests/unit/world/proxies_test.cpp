@@ -1,4 +1,5 @@
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -123,9 +124,29 @@ TEST(ProxyRoles, SayWhatIsShapeAndWhatIsWalkable) {
     EXPECT_TRUE(why_unwalkable(scene, {5.0, -3.0, 0}));
 }
 
+TEST(ProxyRoles, OfACatcherAndAHoldoutEachIsOneThingOnly) {
+    const ModelRef model = squares({node("place", "", {1, 2, 4}), node("wall", "wall"), node("floor", "catcher", {3}),
+                                    node("tile", ""), node("glass", "holdout")});
+    const auto made = proxies_of_model(model).value();
+    const auto lit = [](const ModelRef& of) {
+        std::map<std::string, bool> found;
+        for (const Node& one : of->nodes) {
+            if (one.mesh < 0) continue;
+            const int material = of->meshes[static_cast<std::size_t>(one.mesh)].primitives.at(0).material;
+            found[one.name] = material < 0 || !of->materials[static_cast<std::size_t>(material)].unlit;
+        }
+        return found;
+    };
+    using Found = std::map<std::string, bool>;
+    EXPECT_EQ(lit(made.shapes), (Found{{"wall", true}, {"glass", false}})) << "what has no light has none to lose";
+    EXPECT_EQ(lit(made.catchers), (Found{{"floor", true}, {"tile", true}}));
+    EXPECT_TRUE(made.walkable.empty());
+}
+
 TEST(ProxyRoles, AnUnknownOneIsToldWithItsNode) {
-    EXPECT_EQ(proxies_of_model(squares({node("Cube.001", "wal")})).error().message,
-              "node 'Cube.001': extras.camrig_proxy: 'wal' is none of ground, obstacle, wall and walkable");
+    EXPECT_EQ(
+        proxies_of_model(squares({node("Cube.001", "wal")})).error().message,
+        "node 'Cube.001': extras.camrig_proxy: 'wal' is none of ground, obstacle, wall, catcher, holdout and walkable");
     const auto only_walkable = proxies_of_model(squares({node("walk", "walkable")})).value();
     EXPECT_EQ(only_walkable.shapes, nullptr);
 }
