@@ -150,6 +150,9 @@ def test_daylight_is_sun_sky_and_what_the_ground_sends_back_by_the_scenes_lux(tm
     assert np.allclose(exported.daylight.radiance(towards).mean(axis=(0, 1)), exported.sky, rtol=0.01)
     brightest = exported.daylight.radiance(towards).sum(axis=2).argmax()
     assert towards.reshape(-1, 3)[brightest] @ -sun.direction > 0.95
+    # Under clouds all light is the sky's: 300 + 21000 sin(elevation) lux (Krochmann and Seidl).
+    clouded = export.read({**scene, "environment": {"daylight": {**day, "overcast": 1}, "lux": 1}}, tmp_path)
+    assert np.allclose(clouded.sky, 300 + 21000 * math.sin(math.radians(40))) and not clouded.lights[0].value.any()
     with pytest.raises(ValueError, match="no time"):
         export.read({**scene, "environment": {"daylight": {"time": "2026-06-21T12:00:00Z"}}}, tmp_path)
 
