@@ -302,6 +302,7 @@ def scene():
                 f"{lane}_{k + 1}", name, "car",
                 {"type": "vehicle", "route": f"lane_{lane}", "speed": speed, "start_m": start + (9 if lane == "west" else 0),
                  "length_m": vehicles.LENGTHS_M[name], "width_m": 1.8, "clip": "drive"},
+                variant=2 * k + (lane == "west") + 1,
             )  # fmt: skip
     scene.actor("drone", "drone", "drone", {"type": "route", "route": "drone_path", "speed": 3.0, "mode": "loop", "clip": "fly"})
     scene.area("walkway", WALKWAY, _obstacles(1) + _obstacles(-1))
