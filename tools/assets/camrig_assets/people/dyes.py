@@ -13,6 +13,7 @@ from .paint import rgb
 
 SKINS = "#f0c8ae #e9c2a4 #e6bd9c #dfae90 #d8a382 #d09a76 #c9946c #b98058 #a06a46 #8d5a3b #7a4a30 #5e3a24".split()
 HAIRS = "#17120f #14100e #241a14 #2e2117 #2a1a12 #3b2417 #4a2f1c #5a3a22 #6b4526 #8a5a30 #b48a4c #7a3318".split()
+PATTERNS = ("dots", "print")
 GREYS = "#8c8884 #b4b0aa #6a6662".split()
 TOPS = (
     "#e6e4de #d4d0c6 #9a9c9e #5c6066 #34373c #1e1f23 #27324d #3a5a8c #7fa0c4 #2c6a6e #2f6650 #6d7a4a "
@@ -83,17 +84,22 @@ def cloth(name, own, colours, **keywords):
     return Piece(name, own, grey(0.80, own), tuple(colours), **keywords)
 
 
+def _patterned(name, own, colours, has_pattern):
+    """Cloth; where it has a pattern the ground leaves room for what is brighter, and the dyes are not bright."""
+    if not has_pattern:
+        return Piece(name, own, grey(0.80, own), tuple(colours))
+    return Piece(name, own, np.full(3, 0.55), tuple(c for c in colours if max(rgb(c)) < 0.6))
+
+
 def pieces_of(spec):
     """The materials of a person but for what may be worn: {name: Piece}."""
     skin, hair = rgb(spec["skin"]), rgb(spec["hair"]["colour"])
-    bottom = spec["bottom"].get("colour", spec["top"]["colour"])
-    jeans = spec["bottom"]["style"] == "jeans"
-    blue = [c for c in BOTTOMS if max(rgb(c)) < 0.55]
+    bottom = rgb(spec["bottom"].get("colour", spec["top"]["colour"]))
     made = [
         Piece("skin", skin, np.maximum(rgb("#f2cdb4"), skin), tuple(SKINS)),
         Piece("hair", hair, grey(0.72, hair), tuple(HAIRS if spec["build"]["height"] < 1.5 else HAIRS + GREYS)),
-        cloth("top", spec["top"]["colour"], TOPS),
-        Piece("bottom", rgb(bottom), grey(0.55 if jeans else 0.80, rgb(bottom)), tuple(blue if jeans else BOTTOMS)),
+        _patterned("top", rgb(spec["top"]["colour"]), TOPS, any(key in spec["top"] for key in PATTERNS)),
+        _patterned("bottom", bottom, BOTTOMS, spec["bottom"]["style"] == "jeans" or "dots" in spec["bottom"]),
         cloth("shoes", spec["shoes"]["colour"], SHOES),
         Piece("plain"),
     ]

@@ -92,7 +92,7 @@ def opening(shaper, fabrics, spec, seed, ease, hem):
 def neckline(shaper, fabrics, ease):
     """The skin above a round neckline."""
     heights = (1.458, 1.472, 1.486, 1.50)
-    ring = shaper.torso("neckline", heights, lambda y: ease(y) + 0.002, columns=18, power=POWER, texels=(64, 16), paint=fabrics.skin)
+    ring = shaper.torso("neckline", heights, lambda y: ease(y) + 0.005, columns=18, power=POWER, texels=(64, 16), paint=fabrics.skin)
     ring.piece = "skin"
     return [ring]
 
