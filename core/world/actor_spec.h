@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -33,7 +34,8 @@ struct ActorSpec {
     glm::dvec3 position{0.0};
     glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
     double scale = 1.0;
-    std::optional<double> radius_m = {};  ///< of its body, for those who walk round it; nullopt: by its class
+    std::optional<std::uint64_t> variant = {};  ///< of its model's look; nullopt: as its file has it
+    std::optional<double> radius_m = {};        ///< of its body, for those who walk round it; nullopt: by its class
     std::optional<Attachment> attach = {};
     BehaviourSpec behaviour;
 };
@@ -43,6 +45,7 @@ struct ActorPatch {
     std::string name;
     std::optional<glm::dvec3> position = {};
     std::optional<glm::dquat> orientation = {};
+    std::optional<std::uint64_t> variant = {};
     std::optional<BehaviourSpec> behaviour = {};
     std::optional<Attachment> attach = {};
     bool detach = false;
@@ -67,6 +70,7 @@ struct ActorReport {
     std::string object_class;
     std::string model;
     double scale = 1.0;
+    std::optional<std::uint64_t> variant = {};
     glm::dvec3 position{0.0};
     glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
     glm::dvec3 velocity{0.0};

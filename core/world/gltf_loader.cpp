@@ -11,6 +11,17 @@
 namespace camrig::world {
 namespace {
 
+/// The color of a variant goes with the vertices' (forward.vert), so there must be some.
+void color_vertices_of_variants(Model& model, gltf::Budget& budget) {
+    for (Mesh& mesh : model.meshes)
+        for (Primitive& primitive : mesh.primitives) {
+            if (primitive.material < 0 || !primitive.colors.empty()) continue;
+            if (model.materials[static_cast<std::size_t>(primitive.material)].variants.colors.empty()) continue;
+            budget.take(primitive.positions.size() * sizeof(glm::vec4), "meshes");
+            primitive.colors.assign(primitive.positions.size(), glm::vec4(1.0f));
+        }
+}
+
 ModelRef read_model(std::span<const std::byte> bytes, const std::filesystem::path& base, std::string_view name) {
     gltf::Budget budget;
     const gltf::Document document = gltf::parse_document(bytes, base, budget);
@@ -21,6 +32,7 @@ ModelRef read_model(std::span<const std::byte> bytes, const std::filesystem::pat
     model->textures = gltf::read_textures(document);
     model->images = gltf::read_images(document, budget);
     model->meshes = gltf::read_meshes(document, accessors, budget);
+    color_vertices_of_variants(*model, budget);
     gltf::read_nodes(document, accessors, *model);
     model->animations = gltf::read_animations(document, accessors, *model);
     return model;

@@ -59,6 +59,16 @@ struct TextureRef {
 
 enum class AlphaMode : std::uint8_t { opaque, mask, blend };
 
+/// In what else a material comes (extras.camrig_variants): look_of() chooses.
+struct MaterialVariants {
+    std::string dye;                ///< materials of one dye have the color of one number; empty: their name's
+    std::vector<glm::vec3> colors;  ///< linear; empty: none but base_color
+    /// Not always there: only where the number drawn for `choice` is from `from` to below `to`. Empty: always.
+    std::string choice;
+    double from = 0.0, to = 1.0;
+    bool is_shown = true;  ///< where no variant is asked for
+};
+
 struct Material {
     std::string name;
     glm::vec4 base_color{1.0f};  ///< linear
@@ -76,6 +86,7 @@ struct Material {
     float alpha_cutoff = 0.5f;
     bool double_sided = false;
     bool unlit = false;
+    MaterialVariants variants;
 };
 
 /// Strips, fans and loops are turned into lists by the loader.

@@ -127,7 +127,7 @@ void add_clip(Digest& digest, const ClipPlay& clip) {
 }  // namespace
 
 void Mover::add_to(Digest& digest) const {
-    digest.add(id(), info->name, info->object_class, model, is_actor, scale, radius_m);
+    digest.add(id(), info->name, info->object_class, model, is_actor, scale, variant, radius_m);
     digest.add(now.position, now.orientation, before.position, before.orientation, now.clips.size());
     for (const ClipPlay& clip : now.clips) add_clip(digest, clip);
     digest.add(is_hidden, is_gone, was_arrived, behind_ns, held_at_ns, played.has_value(), held.has_value());

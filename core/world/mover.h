@@ -26,6 +26,7 @@ struct Mover {
     } behaviour;
     glm::dquat heading_from_model{1.0, 0.0, 0.0, 0.0};
     double scale = 1.0;
+    std::optional<std::uint64_t> variant;
     double radius_m = 0.0;
 
     ActorState before, now;

@@ -73,6 +73,8 @@ private:
                                                const std::string& model, bool turns);
     void add_object(const ObjectSpec& spec, StaticSet& statics);
     Mover& add_actor(const ActorSpec& spec);
+    /// From now on it looks like this variant of its model.
+    static void wear(Mover& mover, std::optional<std::uint64_t> variant);
     Mover& add_mover(std::unique_ptr<Mover> mover);
     void step();
     void see_crowd();

@@ -11,12 +11,13 @@
 #include "core/base/time.h"
 #include "core/world/baked/baked_light.h"
 #include "core/world/daylight_spec.h"
+#include "core/world/look.h"
 #include "core/world/model.h"
 #include "core/world/posed_model.h"
 
 namespace camrig::world {
 
-/// What never changes about an object while it lives.
+/// What seldom changes about an object while it lives: then it gets another one.
 struct ObjectInfo {
     ObjectId id{};
     std::string name;
@@ -26,6 +27,7 @@ struct ObjectInfo {
     /// What Instance::orientation holds beside the object's heading: the turn that makes the model face +x.
     glm::dquat heading_from_model{1.0, 0.0, 0.0, 0.0};
     std::string model_name = {};  ///< in the scene
+    Look look = {};
 };
 
 /// One object at one instant. World placement in double: world_from_model = T(position) * R(orientation) * scale.

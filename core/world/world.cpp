@@ -79,6 +79,7 @@ std::shared_ptr<const ObjectInfo> SceneWorld::new_info(const std::string& name, 
     info->model = of_scene.model;
     info->model_name = model;
     if (turns) info->heading_from_model = of_scene.heading_from_model;
+    info->look = look_of(*info->model, std::nullopt);
     return info;
 }
 
@@ -113,6 +114,7 @@ Mover& SceneWorld::add_actor(const ActorSpec& spec) {
     mover->spec = spec.behaviour;
     mover->heading_from_model = model.heading_from_model;
     mover->scale = spec.scale;
+    if (spec.variant) wear(*mover, spec.variant);
     mover->radius_m = spec.radius_m.value_or(default_radius_m(spec));
     mover->now.position = spec.position;
     mover->now.orientation = spec.orientation;

@@ -54,6 +54,7 @@ ActorReport SceneWorld::report(const Mover& mover) const {
     report.object_class = mover.info->object_class;
     report.model = mover.model;
     report.scale = mover.scale;
+    report.variant = mover.variant;
     report.position = mover.now.position;
     report.orientation = mover.now.orientation;
     report.velocity = mover.velocity(scene_->step_ns);
@@ -215,6 +216,13 @@ Mover* SceneWorld::as_mover(const std::string& object) {
     return &add_mover(std::move(mover));
 }
 
+void SceneWorld::wear(Mover& mover, std::optional<std::uint64_t> variant) {
+    auto info = std::make_shared<ObjectInfo>(*mover.info);
+    info->look = look_of(*info->model, variant);
+    mover.variant = variant;
+    mover.info = std::move(info);
+}
+
 Result<ActorReport> SceneWorld::change_actor(const ActorPatch& patch) {
     thread_.check();
     is_current_ = false;
@@ -240,6 +248,7 @@ Result<ActorReport> SceneWorld::change_actor(const ActorPatch& patch) {
     if (patch.detach && !mover.held)
         return error(ErrorKind::invalid_argument, "detach: '" + patch.name + "' hangs on nothing");
 
+    if (patch.variant) wear(mover, patch.variant);
     if (patch.detach) put_down(mover, patch.position);
     if (patch.position || patch.orientation)
         mover.jump([&](ActorState& now) {

@@ -84,6 +84,8 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
                        "files for ROS 2 camera drivers, and rosbag2 recordings, without ROS");
     add_python_command(app, context, hooks, "farm", "camrig.farm",
                        "many machines: data sets by a plan of shards, each drawn exactly once in effect");
+    add_python_command(app, context, hooks, "randomize", "camrig.randomize",
+                       "light and people's clothes by chance, of a seed");
     add_manual_commands(app, context);
     app.add_subcommand("version", "prints the version")->callback([&] {
         context.action = [&] { return context.print({{"version", version}}, std::string("camrig ") + version); };

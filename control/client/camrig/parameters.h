@@ -703,6 +703,7 @@ struct ActorOptions {
     std::optional<double> yaw_deg = {};  ///< deg; where its front looks, counter-clockwise from +x; or orientation
     std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
     std::optional<double> scale = {};  ///< 1e-6 to 1e6: of the model
+    std::optional<std::uint64_t> variant = {};  ///< at least 0: which of the looks of its model: colors and what it wears follow from this number
     std::optional<double> radius_m = {};  ///< m; 0 to 100: of its body, for those who walk round it
     std::optional<Attachment> attach = {};  ///< hangs it on a node of another actor: {actor, node, position, yaw_deg or orientation}
     std::optional<nlohmann::json> behaviour = {};  ///< see behaviours
@@ -715,6 +716,7 @@ struct ActorOptions {
         visit("yaw_deg", self.yaw_deg);
         visit("orientation", self.orientation);
         visit("scale", self.scale);
+        visit("variant", self.variant);
         visit("radius_m", self.radius_m);
         visit("attach", self.attach);
         visit("behaviour", self.behaviour);
@@ -727,6 +729,7 @@ struct ActorChanges {
     std::optional<Vector3> position = {};  ///< m; of its origin
     std::optional<double> yaw_deg = {};  ///< deg; where its front looks, counter-clockwise from +x; or orientation
     std::optional<Quaternion> orientation = {};  ///< instead of yaw_deg
+    std::optional<std::uint64_t> variant = {};  ///< at least 0: which of the looks of its model: colors and what it wears follow from this number
     std::optional<nlohmann::json> behaviour = {};  ///< see behaviours
     std::optional<Attachment> attach = {};  ///< hangs it on a node of another actor: {actor, node, position, yaw_deg or orientation}
     std::optional<bool> detach = {};  ///< no longer hangs on anything
@@ -739,6 +742,7 @@ struct ActorChanges {
         visit("position", self.position);
         visit("yaw_deg", self.yaw_deg);
         visit("orientation", self.orientation);
+        visit("variant", self.variant);
         visit("behaviour", self.behaviour);
         visit("attach", self.attach);
         visit("detach", self.detach);
@@ -837,6 +841,7 @@ struct ActorState {
     std::string object_class = {};  ///< what ground truth calls it
     std::string model = {};  ///< of the scene
     double scale = 0;  ///< of the model
+    std::optional<std::uint64_t> variant = {};  ///< at least 0: which of the looks of its model; null: as its file has it
     Vector3 position = {};  ///< m; of its origin, at the world's last step
     Quaternion orientation = {0, 0, 0, 1};  ///< of the actor: its front is +x
     double yaw_deg = 0;  ///< deg; of its front, counter-clockwise from +x
@@ -856,6 +861,7 @@ struct ActorState {
         visit("class", self.object_class);
         visit("model", self.model);
         visit("scale", self.scale);
+        visit("variant", self.variant);
         visit("position", self.position);
         visit("orientation", self.orientation);
         visit("yaw_deg", self.yaw_deg);

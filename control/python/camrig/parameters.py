@@ -572,6 +572,8 @@ class ActorOptions(TypedDict, total=False):
     """instead of yaw_deg"""
     scale: float
     """1e-6 to 1e6: of the model; default 1"""
+    variant: int
+    """at least 0: which of the looks of its model: colors and what it wears follow from this number; default none: as its file has it"""
     radius_m: float
     """m; 0 to 100: of its body, for those who walk round it; default 0.28 for class person, else 0"""
     attach: Attachment
@@ -589,6 +591,8 @@ class ActorChanges(TypedDict, total=False):
     """deg; where its front looks, counter-clockwise from +x; or orientation"""
     orientation: Vector
     """instead of yaw_deg"""
+    variant: int
+    """at least 0: which of the looks of its model: colors and what it wears follow from this number"""
     behaviour: Behaviour
     """see behaviours"""
     attach: Attachment

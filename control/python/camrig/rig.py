@@ -215,6 +215,13 @@ class Rig:
         options = record_options(folder, names, seconds=seconds, frames=frames, format=format, depth=depth, flow=flow, masks=masks, soiling=soiling, yolo=yolo)
         return record(self._control, self.token, options, timeout)
 
+    def randomize(self, seed: int, kinds: Sequence[str] = ("light", "clothes")) -> dict[str, Any]:
+        """Light and people's clothes by chance, from now on: equal seeds make equal changes. Gives places in the scene file and their values, as a plan
+        of `camrig farm record` takes them."""
+        from .randomize import randomize
+
+        return randomize(self, seed, kinds)
+
     def stats(self) -> dict[str, Any]:
         return self.call("stats.get")
 

@@ -45,6 +45,7 @@ DrawBlock draw_block(const scene::SeenSurface& seen) {
         block.normal_rows[i] = row(normals, i);
     }
     block.ids = glm::uvec4(static_cast<std::uint32_t>(seen.placed->object->id), 0u, 0u, 0u);
+    block.tint = glm::vec4(seen.placed->tint, 1.0f);
     return block;
 }
 

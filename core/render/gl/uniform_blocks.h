@@ -30,6 +30,7 @@ struct DrawBlock {
     glm::vec4 position_rows[3];
     glm::vec4 normal_rows[3];
     glm::uvec4 ids;
+    glm::vec4 tint;
 };
 
 /// Maximum draws per batch: their blocks fit into the 16 KiB that every device has for a uniform block.

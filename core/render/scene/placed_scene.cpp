@@ -20,6 +20,12 @@ bool stands_as_then(const world::Instance& object, const world::BakedObject& the
     return object.position == then.position && object.orientation == then.orientation && object.scale == then.scale;
 }
 
+world::MaterialLook look_of(const world::ObjectInfo& object, const PreparedPrimitive& primitive) {
+    const int material = primitive.source->material;
+    return object.look.empty() || material < 0 ? world::MaterialLook{}
+                                               : object.look[static_cast<std::size_t>(material)];
+}
+
 }  // namespace
 
 int LightTable::add(const LightSet& set) {
@@ -56,7 +62,10 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     contacts_.begin();
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;
+        const world::MaterialLook look = look_of(*instance.info, primitive);
+        if (look.is_hidden) continue;
         PlacedSurface& surface = place(primitive, model, source, *instance.info);
+        surface.tint = look.tint;
         surface.node = prepared.node;
         surface.world_from_local =
             prepared.is_deformed ? world : world * pose.model_from_node[static_cast<std::size_t>(prepared.node)];

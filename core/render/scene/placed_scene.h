@@ -41,8 +41,9 @@ struct PlacedSurface {
     const PreparedPrimitive* primitive = nullptr;
     int node = 0;  ///< of the model; not of a contact shadow
     glm::dmat4 world_from_local{1.0};
-    world::Box bounds;  ///< local
-    int light_set = 0;  ///< into PlacedScene::light_sets; that of what is not lit is empty
+    world::Box bounds;     ///< local
+    glm::vec3 tint{1.0f};  ///< its object's, of the material's base color
+    int light_set = 0;     ///< into PlacedScene::light_sets; that of what is not lit is empty
     /// Of its rectangle in the map of baked light; nullopt: it has none, or does not stand as it did then.
     std::optional<glm::ivec2> light_map_at{};
     bool is_mirrored = false;

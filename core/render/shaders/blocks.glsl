@@ -14,6 +14,7 @@ struct Draw {
     vec4 position_rows[3];  // optical_from_local
     vec4 normal_rows[3];    // its cofactor matrix, times the sign of the determinant
     uvec4 ids;              // x: object
+    vec4 tint;              // of the base color, where there are vertex colors
 };
 #ifdef BATCH_SIZE
 layout(std140, binding = 1) uniform DrawBlocks { Draw draws[BATCH_SIZE]; };

@@ -66,7 +66,7 @@ void main() {
     out_uv[4] = transformed(UV4, 4);
 #endif
 #ifdef HAS_COLOR
-    out_color = in_color;
+    out_color = in_color * draw.tint;
 #endif
 #if defined(PIXEL_NORMAL) || defined(VERTEX_LIGHT)
     vec3 n = vec3(dot(draw.normal_rows[0].xyz, in_normal), dot(draw.normal_rows[1].xyz, in_normal),

@@ -86,6 +86,7 @@ const ViewDraw& ViewGeometry::add(const scene::SeenSurface& seen, const Software
     }
     draw.positions_ahead = positions_ahead;
     draw.colors = source.colors.empty() ? nullptr : source.colors.data();
+    draw.base_color = draw.primitive->material->base_color * glm::vec4(placed.tint, 1.0f);
     const auto use = [&](std::size_t slot, const SampledTexture& texture) {
         draw.textures[slot] = texture.image != nullptr ? &texture : nullptr;
     };

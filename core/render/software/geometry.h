@@ -43,6 +43,7 @@ struct ViewDraw : scene::SeenSurface {
     const glm::vec3* positions_ahead = nullptr;  ///< for flow: of a mesh that is deformed, at that time
     const glm::vec3* normals = nullptr;
     const glm::vec4* colors = nullptr;
+    glm::vec4 base_color{1.0f};           ///< of its material, as its object has it
     const glm::vec4* tangents = nullptr;  ///< null: normal maps lie as their coordinates do
     std::array<const SampledTexture*, texture_slot_count> textures{};  ///< null: none
     std::uint32_t first_vertex = 0, vertex_count = 0;                  ///< then come those made by clipping

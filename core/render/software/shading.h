@@ -21,7 +21,7 @@ CAMRIG_LANES SampledLanes sampled(const ViewDraw& draw, TextureSlot slot, Textur
 
 template <typename Isa>
 CAMRIG_LANES Rgba base_color(const ViewDraw& draw, const SurfacePoints& points) {
-    const glm::vec4& factor = draw.primitive->material->base_color;
+    const glm::vec4& factor = draw.base_color;
     Rgba base{{lanes(factor.r), lanes(factor.g), lanes(factor.b)}, lanes(factor.a)};
     if (draw.colors != nullptr) {
         base.rgb = base.rgb * Lanes3{points.color[0], points.color[1], points.color[2]};

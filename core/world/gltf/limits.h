@@ -28,6 +28,7 @@ inline constexpr int max_node_depth = 1024;
 inline constexpr double max_clip_s = 1e6;
 inline constexpr double max_value = 1e10;  ///< of any coordinate, scale or weight
 inline constexpr std::size_t max_name_bytes = 256;
+inline constexpr std::size_t max_variant_colors = 1024;  ///< that one material comes in
 
 /// Counts decoded bytes, so that a small file cannot ask for the same megabytes a thousand times.
 class Budget {

@@ -62,6 +62,48 @@ AlphaMode alpha_mode(const std::string& name, const std::string& place) {
     fail(place + ".alphaMode", "'" + name.substr(0, 40) + "' is none of OPAQUE, MASK, BLEND");
 }
 
+/// extras.camrig_variants (docs/scene-format.md, variants of a model). Strict: it is our own.
+MaterialVariants read_variants(const nlohmann::json& extras, const std::string& place) {
+    MaterialVariants to;
+    require(extras.is_object(), place, "expected an object");
+    const auto number = [](const nlohmann::json& value, const std::string& at) {
+        require(value.is_number() && value.get<double>() >= 0.0 && value.get<double>() <= 1.0, at,
+                "expected a number from 0 to 1");
+        return value.get<double>();
+    };
+    const auto text = [](const nlohmann::json& value, const std::string& at) {
+        require(value.is_string(), at, "expected a string");
+        return value.get_ref<const std::string&>().substr(0, max_name_bytes);
+    };
+    for (const auto& [key, value] : extras.items()) {
+        const std::string at = place + "." + key;
+        if (key == "dye") {
+            to.dye = text(value, at);
+        } else if (key == "choice") {
+            to.choice = text(value, at);
+        } else if (key == "from") {
+            to.from = number(value, at);
+        } else if (key == "to") {
+            to.to = number(value, at);
+        } else if (key == "shown") {
+            require(value.is_boolean(), at, "expected true or false");
+            to.is_shown = value.get<bool>();
+        } else if (key == "colors") {
+            require(value.is_array() && !value.empty() && value.size() <= max_variant_colors, at,
+                    "expected 1 to " + std::to_string(max_variant_colors) + " colors");
+            for (const auto& color : value) {
+                require(color.is_array() && color.size() == 3, at, "expected colors [r, g, b]");
+                glm::vec3& made = to.colors.emplace_back();
+                for (glm::length_t i = 0; i < 3; ++i)
+                    made[i] = static_cast<float>(number(color[static_cast<std::size_t>(i)], at));
+            }
+        } else {
+            fail(at, "there are choice, colors, dye, from, shown and to");
+        }
+    }
+    return to;
+}
+
 Material read_material(const Document& document, const tinygltf::Material& from, const std::string& place) {
     Material to;
     to.name = from.name.substr(0, max_name_bytes);
@@ -161,8 +203,14 @@ Image read_image(const Document& document, std::size_t index, Budget& budget) {
 
 std::vector<Material> read_materials(const Document& document) {
     std::vector<Material> out;
-    for (std::size_t i = 0; i < document.gltf.materials.size(); ++i)
-        out.push_back(read_material(document, document.gltf.materials[i], item("materials", i)));
+    for (std::size_t i = 0; i < document.gltf.materials.size(); ++i) {
+        const std::string place = item("materials", i);
+        Material& made = out.emplace_back(read_material(document, document.gltf.materials[i], place));
+        const auto& source = document.json["materials"][i];
+        const nlohmann::json::json_pointer variants("/extras/camrig_variants");
+        if (source.contains(variants))
+            made.variants = read_variants(source[variants], place + ".extras.camrig_variants");
+    }
     return out;
 }
 

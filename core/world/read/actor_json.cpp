@@ -29,6 +29,14 @@ auto attachment_at() {
                              .schema = R"({"$ref": "#/$defs/attachment"})"});
 }
 
+template <auto member>
+auto variant_at(std::string fallback) {
+    return field_at<member>({.name = "variant",
+                             .doc = "which of the looks of its model: colors and what it wears follow from this number",
+                             .fallback = std::move(fallback),
+                             .range = {.low = 0}});
+}
+
 /// What objects and actors have: what it is, and where.
 template <typename T>
 std::vector<FieldOf<T>> thing_fields(std::string position, std::string yaw) {
@@ -83,6 +91,7 @@ FieldTable<ActorSpec> fields_of(std::type_identity<ActorSpec>) {
     static const std::vector<FieldOf<ActorSpec>> table = [] {
         auto made = thing_fields<ActorSpec>("of its origin; where a route does not place it",
                                             "where its front looks, counter-clockwise from +x; or orientation");
+        made.push_back(variant_at<&ActorSpec::variant>("none: as its file has it"));
         made.push_back(field_at<&ActorSpec::radius_m>({.name = "radius_m",
                                                        .doc = "of its body, for those who walk round it",
                                                        .unit = "m",
@@ -102,6 +111,7 @@ FieldTable<ActorPatch> fields_of(std::type_identity<ActorPatch>) {
             vector_at<&ActorPatch::position>({.name = "position", .doc = "of its origin"})};
         add_orientation<&ActorPatch::orientation>(made,
                                                   "where its front looks, counter-clockwise from +x; or orientation");
+        made.push_back(variant_at<&ActorPatch::variant>(""));
         made.push_back(behaviour_at<&ActorPatch::behaviour>());
         made.push_back(attachment_at<&ActorPatch::attach>());
         made.push_back(field_at<&ActorPatch::detach>({.name = "detach", .doc = "no longer hangs on anything"}));
@@ -134,6 +144,10 @@ FieldTable<ActorReport> fields_of(std::type_identity<ActorReport>) {
         told_at<&Report::object_class>({.name = "class", .doc = "what ground truth calls it"}),
         told_at<&Report::model>({.name = "model", .doc = "of the scene"}),
         told_at<&Report::scale>({.name = "scale", .doc = "of the model"}),
+        told_at<&Report::variant>({.name = "variant",
+                                   .doc = "which of the looks of its model",
+                                   .range = {.low = 0},
+                                   .null = "as its file has it"}),
         told_vector<&Report::position>(
             {.name = "position", .doc = "of its origin, at the world's last step", .unit = "m"}),
         {.field = {.name = "orientation", .type = "[x, y, z, w]", .doc = "of the actor: its front is +x"},

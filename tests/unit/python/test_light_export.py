@@ -129,3 +129,40 @@ def test_error_is_told_without_the_noise_of_the_reference():
 def test_the_level_is_found():
     light = np.random.default_rng(3).uniform(0.1, 0.6, (50, 60, 3))
     assert compare.best_factor(export.codes(light * 1.3), light) == pytest.approx(1.3, rel=1e-3)
+
+
+def test_daylight_is_sun_sky_and_what_the_ground_sends_back_by_the_scenes_lux(tmp_path):
+    day = {"azimuth_deg": 90, "elevation_deg": 40, "turbidity": 3, "ground": [0.5, 0.5, 0.5]}
+    scene = {**scene_of(), "objects": [], "environment": {"daylight": day, "lux": 50e3, "exposure": 0.5},
+             "lights": [{"name": "sun", "type": "directional", "intensity": 7, "direction": [0, 0, -1]}]}
+    exported = export.read(scene, tmp_path)
+    sun, = exported.lights
+    # In the east: along x, as azimuth counts from y (north) clockwise.
+    assert np.allclose(sun.direction, [-math.cos(math.radians(40)), 0, -math.sin(math.radians(40))])
+    level = exported.sky + sun.value / math.pi * math.sin(math.radians(40))
+    assert np.allclose(exported.ground, 0.5 * level) and exported.has_tone_curve
+    # 66 klx of sun and sky (core/daylight, as tests/unit/daylight has it) in units of 50 klx.
+    assert level @ [0.2126, 0.7152, 0.0722] == pytest.approx(66.3 / 50, rel=0.03)
+    # All of the sky gives level ground its light: the mean over directions that weigh alike there.
+    up, pan = np.sqrt((np.arange(64)[:, None] + 0.5) / 64), 2 * math.pi * (np.arange(128) + 0.5) / 128
+    flat = np.sqrt(1 - up * up)
+    towards = np.stack([flat * np.cos(pan), flat * np.sin(pan), np.broadcast_to(up, (64, 128))], axis=-1)
+    assert np.allclose(exported.daylight.radiance(towards).mean(axis=(0, 1)), exported.sky, rtol=0.01)
+    brightest = exported.daylight.radiance(towards).sum(axis=2).argmax()
+    assert towards.reshape(-1, 3)[brightest] @ -sun.direction > 0.95
+    # Under clouds all light is the sky's: 300 + 21000 sin(elevation) lux (Krochmann and Seidl).
+    clouded = export.read({**scene, "environment": {"daylight": {**day, "overcast": 1}, "lux": 1}}, tmp_path)
+    assert np.allclose(clouded.sky, 300 + 21000 * math.sin(math.radians(40))) and not clouded.lights[0].value.any()
+    with pytest.raises(ValueError, match="no time"):
+        export.read({**scene, "environment": {"daylight": {"time": "2026-06-21T12:00:00Z"}}}, tmp_path)
+
+
+def test_the_sky_is_left_out_and_the_tone_curve_is_camrigs(tmp_path):
+    scene = scene_of()
+    scene["models"]["sky"] = {"shape": "sky"}
+    scene["objects"].append({"name": "sky", "model": "sky"})
+    assert [item["name"] for item in export.still(scene)["objects"]] == ["o"]
+    light = np.array([[[0.02, 0.3, 0.5], [0.9, 1.5, 2.0]]])
+    picture = export.codes(light, is_toned=True)
+    assert (picture < 255).all() and not np.allclose(picture, export.codes(light))
+    assert np.allclose(export.light_of(picture, is_toned=True), light, rtol=1e-6)

@@ -78,14 +78,14 @@ def _people(scene):
     grown = [name for name in cast if name != "person_8"]  # the boy's feet do not reach the ground
     seats = [(x, y, yaw) for x, y, yaw in ((-2.2, 14.6, -90), (3.0, 14.6, -90), (14.6, 2.0, 180))]
     for k, (x, y, yaw) in enumerate(seats):
-        scene.actor(f"sitter_{k + 1}", grown[3 * k], "person", {"type": "stand", "clip": "sit"}, (x, y, 0), yaw)
+        scene.person(f"sitter_{k + 1}", grown[3 * k], {"type": "stand", "clip": "sit"}, (x, y, 0), yaw, scale=1)
     for g, (x, y) in enumerate(GROUPS):
         for k in range(3):
             turn = 2 * math.pi * k / 3
             place = (x + 0.75 * math.cos(turn), y + 0.75 * math.sin(turn), 0)
             group = {"type": "group", "group": f"group_{g + 1}", "position": (x, y, 0), "radius_m": 0.75, **walk}
             name, yaw = cast[(4 * g + 3 * k + 1) % len(cast)], math.degrees(turn) + 180
-            scene.actor(f"talker_{3 * g + k + 1}", name, "person", {**group, "idle_clip": "talk"}, place, yaw)
+            scene.person(f"talker_{3 * g + k + 1}", name, {**group, "idle_clip": "talk"}, place, yaw)
     corners = ((-18.5, -17), (18.5, 17), (-18.5, 17), (18.5, -17))
     for k in range(13):  # who cross the square, again and again
         a, b = corners[k % 4], corners[(k % 4) ^ 1]
@@ -95,7 +95,7 @@ def _people(scene):
             steps.append({"type": "go_to", "position": (x, y + shift, 0), **walk, "speed": 1.35 + 0.03 * (k % 5)})
             steps.append({"type": "stand", "clip": "wait", "until": {"seconds": pause + k % 3}})
         start = (a[0] + (b[0] - a[0]) * 0.1 * (k // 4), a[1] + (k // 4) * 1.1 - 1.6, 0)
-        scene.actor(f"crosser_{k + 1}", cast[(5 * k + 2) % len(cast)], "person", {"type": "sequence", "repeat": True, "steps": steps}, start, 0)
+        scene.person(f"crosser_{k + 1}", cast[(5 * k + 2) % len(cast)], {"type": "sequence", "repeat": True, "steps": steps}, start, 0)
     count, number = 0, 0
     golden = 2.399963
     while count < 100 - 3 - 24 - 13:  # strollers, spread evenly
@@ -106,7 +106,7 @@ def _people(scene):
             continue
         count += 1
         behaviour = {"type": "wander", "pause_s": 2 + count % 4, "speed": 1.0 + 0.08 * (count % 6), **walk}
-        scene.actor(f"stroller_{count}", cast[(7 * count) % len(cast)], "person", behaviour, (x, y, 0), (number * 77) % 360)
+        scene.person(f"stroller_{count}", cast[(7 * count) % len(cast)], behaviour, (x, y, 0), (number * 77) % 360)
 
 
 def scene():

@@ -100,6 +100,7 @@ class Glb:
         cutoff=0.5,
         double_sided=False,
         unlit=False,
+        extras=None,
     ):
         pbr = {
             "baseColorFactor": numbers(tuple(base) + (1,) * (4 - len(base))),
@@ -124,6 +125,8 @@ class Glb:
         if unlit:
             item["extensions"] = {"KHR_materials_unlit": {}}
             self.json["extensionsUsed"] = ["KHR_materials_unlit"]
+        if extras:
+            item["extras"] = extras
         return self._add("materials", item)
 
     def primitive(

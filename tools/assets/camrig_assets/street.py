@@ -238,12 +238,12 @@ def _people(scene):
             steps.append({"type": "go_to", "position": (x * 2.4, -here * 7.2, 0), **walk("walkway")})
             steps.append({"type": "wander", **walk(other), "pause_s": 3, "until": {"seconds": 14 + 3 * k}})
         position = (x * 3.2, side * (6.4 + 0.5 * (k % 3)), 0)
-        scene.actor(f"crosser_{k + 1}", next(names), "person", {"type": "sequence", "repeat": True, "steps": steps}, position, -90 * side)
+        scene.person(f"crosser_{k + 1}", next(names), {"type": "sequence", "repeat": True, "steps": steps}, position, -90 * side)
     places = [(-30, 1), (-12.5, 1), (8.5, 1), (27, 1), (38, 1), (-38, -1), (-22, -1), (9.0, -1), (18, -1), (33, -1)]
     for k, (x, side) in enumerate(places):
         area = "north" if side > 0 else "south"
-        scene.actor(
-            f"stroller_{k + 1}", next(names), "person",
+        scene.person(
+            f"stroller_{k + 1}", next(names),
             {"type": "wander", "pause_s": 4, "speed": 1.1 + 0.05 * (k % 5), **walk(area)}, (x, side * 7.7, 0), 180 * (k % 2),
         )  # fmt: skip
 
@@ -302,6 +302,7 @@ def scene():
                 f"{lane}_{k + 1}", name, "car",
                 {"type": "vehicle", "route": f"lane_{lane}", "speed": speed, "start_m": start + (9 if lane == "west" else 0),
                  "length_m": vehicles.LENGTHS_M[name], "width_m": 1.8, "clip": "drive"},
+                variant=2 * k + (lane == "west") + 1,
             )  # fmt: skip
     scene.actor("drone", "drone", "drone", {"type": "route", "route": "drone_path", "speed": 3.0, "mode": "loop", "clip": "fly"})
     scene.area("walkway", WALKWAY, _obstacles(1) + _obstacles(-1))

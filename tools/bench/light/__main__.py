@@ -21,11 +21,12 @@ from tools.bench import report
 ROOT = report.REPOSITORY
 sys.path.insert(0, str(ROOT / "control" / "python"))
 from camrig.places import find_binary  # noqa: E402
+from camrig.scene_base import on_its_base  # noqa: E402
 from tools.bench.light import compare, export  # noqa: E402
 
 PAGE = ROOT / "docs" / "quality.md"
 PICTURES = ROOT / "docs" / "pictures" / "light"
-VIEWS = (("hall", "lobby"), ("street", "corner"))
+VIEWS = (("hall", "lobby"), ("street", "corner"), ("street-noon", "crossing"))
 LEVELS = ("fast", "simple", "beautiful")
 #: `beautiful` after `camrig bake`.
 BAKED = "`beautiful`, baked"
@@ -67,31 +68,33 @@ def save(name: str, ours: np.ndarray, theirs: np.ndarray) -> str:
 def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[list[str], str, str]:
     from tools.bench.light.reference import Reference
 
-    shipped = json.loads((ROOT / "scenes" / f"{name}.json").read_text())
-    scene = export.still(shipped)
+    path = ROOT / "scenes" / f"{name}.json"
+    scene = export.still(on_its_base(json.loads(path.read_text()), path))
     pictures, depth, eye = draw(scene, place, size, LEVELS)
     pictures[BAKED] = draw(scene, place, size, ("beautiful",), is_baked=True)[0]["beautiful"]
-    unlit = draw(scene | {"lights": []}, place, size, ("beautiful",))[0]["beautiful"]
     exported = export.read(scene, ROOT / "scenes")
+    unlit = draw(export.without_lights(scene, exported), place, size, ("beautiful",))[0]["beautiful"]
     reference = Reference(exported, eye)
     share = depth_differs(depth, reference.depth())
     print(f"{name}, {place}: {100 * share:.2f} % of the pixels differ in depth", file=sys.stderr, flush=True)
     if share > DEPTH_SHARE:
         raise RuntimeError(f"{name}, {place}: depth differs in {100 * share:.1f} % of the pixels: the export is wrong")
     layers = tuple(reference.layers(samples // 2, seed) for seed in (10, 20))
-    halves = tuple(export.codes(half.whole, exported.exposure) for half in layers)
     light = (layers[0].whole + layers[1].whole) / 2
     rows = []
     for level in (*LEVELS, BAKED):
+        is_toned = exported.has_tone_curve and level in ("beautiful", BAKED)
+        halves = tuple(export.codes(half.whole, exported.exposure, is_toned=is_toned) for half in layers)
         found = compare.score(pictures[level], halves)
-        factor = compare.best_factor(pictures[level], light * exported.exposure)
-        levelled = compare.score(pictures[level], tuple(export.codes(half.whole, exported.exposure * factor) for half in layers))
+        factor = compare.best_factor(pictures[level], light * exported.exposure, is_toned=is_toned)
+        levelled = compare.score(pictures[level], tuple(export.codes(half.whole, exported.exposure * factor, is_toned=is_toned) for half in layers))
         rows.append(
             f"| {name}, {place} | {level if level == BAKED else f'`{level}`'} | {found.psnr_db:.1f} | {found.ssim:.3f} | {found.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
             f"{levelled.flip:.3f} | {compare.noise(halves):.1f} | {100 * share:.2f} |"
         )
         print(rows[-1], file=sys.stderr, flush=True)
-    steps = compare.mended(export.light_of(pictures["beautiful"]), export.light_of(unlit), layers, exported.exposure)
+    ours = export.light_of(pictures["beautiful"], is_toned=exported.has_tone_curve)
+    steps = compare.mended(ours, export.light_of(unlit), layers, exported.exposure, is_toned=exported.has_tone_curve)
     ladder = f"| {name}, {place} | " + " | ".join(f"{decibels:.1f}" for _, decibels in steps) + " |"
     print(ladder, file=sys.stderr, flush=True)
     return rows, ladder, save(f"{name}-{place}", pictures[BAKED], (halves[0] + halves[1]) / 2)
@@ -100,10 +103,13 @@ def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple
 def main() -> int:
     parser = argparse.ArgumentParser(prog="tools.bench.light", description="our pictures against Mitsuba 3; writes docs/quality.md")
     parser.add_argument("--samples", type=int, default=1024, help="a pixel, in two halves (default 1024)")
+    parser.add_argument("--only", choices=[name for name, _ in VIEWS], help="this scene, printed and not written")
     parser.add_argument("--size", default="320x240", help="WxH (default 320x240)")
     arguments = parser.parse_args()
     width, height = (int(part) for part in arguments.size.split("x"))
-    found = [measure(name, place, (width, height), arguments.samples) for name, place in VIEWS]
+    found = [measure(name, place, (width, height), arguments.samples) for name, place in VIEWS if arguments.only in (None, name)]
+    if arguments.only:
+        return 0
     text = "\n".join([
         f"{width}x{height}, `antialias: coverage`, {arguments.samples} samples a pixel of Mitsuba.", "",
         "| scene, place | level | PSNR dB | SSIM | FLIP | level, ours to reference | PSNR at equal level | FLIP at equal level | noise of the reference, codes | depth differs, % |",

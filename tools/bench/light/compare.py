@@ -43,17 +43,17 @@ def score(picture: np.ndarray, halves: tuple[np.ndarray, np.ndarray]) -> Score:
     return Score(decibels(mean_square(picture, halves)), float(ssim), float(flip))
 
 
-def best_factor(picture: np.ndarray, reference: np.ndarray) -> float:
+def best_factor(picture: np.ndarray, reference: np.ndarray, *, is_toned: bool = False) -> float:
     """By which the reference's light is brought to the picture's level: the median of the ratios of what neither clips."""
-    ours, light = export.light_of(picture).mean(axis=2), reference.mean(axis=2)
+    ours, light = export.light_of(picture, is_toned=is_toned).mean(axis=2), reference.mean(axis=2)
     is_told = (picture.max(axis=2) < 250) & (light > 0.01)
     return float(np.median(ours[is_told] / light[is_told]))
 
 
-def mended(ours: np.ndarray, ours_sky: np.ndarray, layers: tuple[Any, Any], exposure: float) -> list[tuple[str, float]]:
+def mended(ours: np.ndarray, ours_sky: np.ndarray, layers: tuple[Any, Any], exposure: float, *, is_toned: bool = False) -> list[tuple[str, float]]:
     """PSNR as one part of our light after the other is replaced by the reference's, all that came before with it. `ours`, `ours_sky`:
     linear light of the whole picture and of that without lights; `layers`: reference.Layers of two halves."""
-    targets = [export.codes(half.whole, exposure) for half in layers]
+    targets = [export.codes(half.whole, exposure, is_toned=is_toned) for half in layers]
     steps = (
         ("as it is", lambda half: ours),
         ("sun", lambda half: half.sun_direct + ours_sky),
@@ -63,6 +63,6 @@ def mended(ours: np.ndarray, ours_sky: np.ndarray, layers: tuple[Any, Any], expo
     found = []
     for name, light in steps:
         # Each half against the other: a half's own noise must not pass for agreement.
-        square = np.mean([np.mean((export.codes(light(layers[i]), exposure) - targets[1 - i]) ** 2) for i in (0, 1)])
+        square = np.mean([np.mean((export.codes(light(layers[i]), exposure, is_toned=is_toned) - targets[1 - i]) ** 2) for i in (0, 1)])
         found.append((name, decibels(float(square))))
     return found

@@ -9,17 +9,24 @@ Units. In camrig a white Lambert surface that light c meets squarely is drawn as
                                vertical then gathers pi (sky (1 + cos t) / 2 + ground (1 - cos t) / 2): camrig's hemisphere term
     emissive, unlit colour c   an emitter of radiance c times the environment's `glow`; the camera sees c
     background                 what the camera sees where nothing is; lights nothing
+    daylight                   sun, ambient ground and background of it (daylight.py), and the sky from every direction as it is: our
+                               renderers have its mean; a `sky` shape is left out of both pictures
 """
 
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "control" / "python"))
+from camrig.tone import light_of as untoned, pbr_neutral  # noqa: E402
+
+from .daylight import Daylight, read as read_daylight
 from .gltf import Glb, Material, Primitive, rotation
 
 
@@ -42,6 +49,12 @@ class Exported:
     background: np.ndarray
     exposure: float
     glow: float
+    daylight: Daylight | None = None
+
+    @property
+    def has_tone_curve(self) -> bool:
+        """At quality beautiful."""
+        return self.daylight is not None
 
 
 @dataclass(frozen=True)
@@ -54,14 +67,22 @@ class Eye:
 
 
 def still(scene: dict[str, Any]) -> dict[str, Any]:
-    """The scene file without what moves or happens. Its models are told by `camrig:` names, so
-    that it can lie anywhere."""
+    """A scene (its base put in) without what moves or happens, and without its sky. Its models are told by `camrig:` names, so that it can lie anywhere."""
     made = {key: value for key, value in scene.items() if key not in ("actors", "events", "routes", "areas", "cameras")}
     made["models"] = {
         name: {**model, "file": "camrig:" + model["file"].removesuffix(".glb")} if "file" in model and not model["file"].startswith("camrig:") else model
         for name, model in scene["models"].items()
     }
+    made["objects"] = [item for item in scene["objects"] if scene["models"][item["model"]].get("shape") != "sky"]
     return made
+
+
+def without_lights(scene: dict[str, Any], exported: Exported) -> dict[str, Any]:
+    """The still scene in its ambient light alone, without a tone curve: daylight would bring its sun along."""
+    environment = {key: value for key, value in scene.get("environment", {}).items() if key != "daylight"}
+    if exported.daylight is not None:
+        environment |= {"ambient": {"sky": exported.sky.tolist(), "ground": exported.ground.tolist()}, "background": exported.background.tolist()}
+    return scene | {"environment": environment, "lights": []}
 
 
 def read(scene: dict[str, Any], folder: Path) -> Exported:
@@ -78,14 +99,19 @@ def read(scene: dict[str, Any], folder: Path) -> Exported:
         if name not in files:
             files[name] = Glb(folder / f"{name}.glb").primitives()
         surfaces += [_placed(primitive, item) for primitive in files[name] if primitive.material.name != "contact_shadow"]
+    day = read_daylight(environment) if "daylight" in environment else None
+    lights = [_light(item) for item in scene.get("lights", []) if item.get("intensity", 1.0) > 0 and not (day and item["name"] == "sun")]
+    if day:
+        lights.insert(0, Light("directional", math.pi * day.sun, direction=-day.to_sun))
     return Exported(
         surfaces=_merged(surfaces),
-        lights=[_light(item) for item in scene.get("lights", []) if item.get("intensity", 1.0) > 0],
-        sky=np.array(ambient.get("sky", (0.5, 0.5, 0.5)), float),
-        ground=np.array(ambient.get("ground", (0.3, 0.3, 0.3)), float),
-        background=np.array(environment.get("background", (0.6, 0.7, 0.8)), float),
+        lights=lights,
+        sky=day.sky if day else np.array(ambient.get("sky", (0.5, 0.5, 0.5)), float),
+        ground=day.ground if day else np.array(ambient.get("ground", (0.3, 0.3, 0.3)), float),
+        background=day.background() if day else np.array(environment.get("background", (0.6, 0.7, 0.8)), float),
         exposure=float(environment.get("exposure", 1.0)),
         glow=float(environment.get("glow", 1.0)),
+        daylight=day,
     )
 
 
@@ -97,14 +123,16 @@ def eye(size: tuple[int, int], k: np.ndarray, world_from_eye: np.ndarray) -> Eye
     return Eye(size, math.degrees(2 * math.atan(0.5 * size[1] / k[1, 1])), world_from_eye)
 
 
-def codes(light: np.ndarray, exposure: float = 1.0) -> np.ndarray:
-    """camrig's picture of linear light: clamped, IEC 61966-2-1 (sRGB), 0 to 255, not rounded."""
-    x = np.clip(light * exposure, 0, 1)
+def codes(light: np.ndarray, exposure: float = 1.0, *, is_toned: bool = False) -> np.ndarray:
+    """camrig's picture of linear light: by its tone curve where there is one, clamped, IEC 61966-2-1 (sRGB), 0 to 255, not rounded."""
+    x = np.clip(pbr_neutral(light * exposure) if is_toned else light * exposure, 0, 1)
     return 255 * np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
 
 
-def light_of(picture: np.ndarray) -> np.ndarray:
+def light_of(picture: np.ndarray, *, is_toned: bool = False) -> np.ndarray:
     """Linear light of codes 0 to 255: what codes() did, undone, but for what it clamped."""
+    if is_toned:
+        return untoned(picture)
     x = np.asarray(picture, float) / 255
     return np.where(x <= 0.04045, x / 12.92, ((x + 0.055) / 1.055) ** 2.4)
 

@@ -95,7 +95,7 @@ class Reference:
 
         # What glows lights others by its strength, and is seen as it is drawn.
         seen, lights = glowing(1.0), glowing(exported.glow)
-        self._sky = mi.load_dict({"type": "scene", **sensor, **lights, "environment": _environment(exported.sky, exported.ground)})
+        self._sky = mi.load_dict({"type": "scene", **sensor, **lights, "environment": _environment(exported)})
         self._mask = mi.load_dict({"type": "scene", **sensor, **seen, "environment": {"type": "constant", "radiance": 1.0}})
         self._emitters = mi.load_dict({"type": "scene", **sensor, **seen, "environment": {"type": "constant", "radiance": 0.0}})
 
@@ -172,9 +172,16 @@ def _emitter(light: Light) -> dict[str, Any]:
     return {"type": "point", "position": light.position.tolist(), "intensity": value}
 
 
-def _environment(sky: np.ndarray, ground: np.ndarray) -> dict[str, Any]:
-    picture = np.empty((SKY_ROWS, 8, 3), np.float32)
-    picture[:SKY_ROWS // 2], picture[SKY_ROWS // 2:] = sky, ground
+def _environment(exported: Exported) -> dict[str, Any]:
+    """Rows from above down, columns from +y through +x."""
+    columns = 8 if exported.daylight is None else SKY_ROWS
+    picture = np.empty((SKY_ROWS, columns, 3), np.float32)
+    picture[:SKY_ROWS // 2], picture[SKY_ROWS // 2:] = exported.sky, exported.ground
+    if exported.daylight is not None:
+        down = math.pi * (np.arange(SKY_ROWS // 2) + 0.5)[:, None] / SKY_ROWS
+        pan = 2 * math.pi * (np.arange(columns) + 0.5) / columns
+        towards = np.stack([np.sin(down) * np.sin(pan), np.sin(down) * np.cos(pan), np.cos(down) * np.ones(columns)], axis=-1)
+        picture[:SKY_ROWS // 2] = exported.daylight.radiance(towards)
     return {"type": "envmap", "bitmap": mi.Bitmap(picture), "to_world": mi.ScalarTransform4f().rotate([1, 0, 0], 90)}
 
 

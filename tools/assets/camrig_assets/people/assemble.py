@@ -1,12 +1,14 @@
-"""scenes/hall/person_*.glb: the people. Each is one skinned mesh with one texture, plus a soft shadow on the floor."""
+"""scenes/hall/person_*.glb: the people. Each is one skinned mesh with one texture
+and a material for each piece that comes in several colours or is not always worn, plus a soft shadow on the floor."""
 
 import numpy as np
 
 from .. import ao, images
 from ..glb import CLAMP, Glb
 from ..noise import smoothstep
-from . import clips, face, paint, skeleton
+from . import clips, dyes, face, paint, skeleton, worn
 from .cast import CAST
+from .hair import long_hair
 from .head import Head
 from .joins import blend_joins
 from .trunk import Shaper
@@ -24,19 +26,24 @@ def files():
 def person(name, spec):
     rig = skeleton.Rig(skeleton.Build(**spec["build"]))
     shaper = Shaper(rig)
-    parts = _dress(shaper, spec)
-    blend_joins(parts, JOINS, shaper.s)
+    pieces = _dress(shaper, spec)
+    parts = [part for piece in pieces for part in piece.parts]
+    blend_joins([part for piece in pieces if piece.shown for part in piece.parts], JOINS, shaper.s)
     used = paint.pack(parts, ATLAS_WIDTH)
     size = (ATLAS_WIDTH, 512 if used <= 512 else 1024)
     if used > size[1]:
         raise ValueError(f"{name}: the texture atlas is {used} rows high")
-    texture = images.jpeg(paint.atlas(parts, size))
+    texture = images.jpeg(paint.atlas(pieces, size))
 
     glb = Glb(name, extras={"keypoints": skeleton.KEYPOINTS})
     image = glb.texture(glb.image(texture, "image/jpeg", name), CLAMP)
-    cloth = glb.material("person", texture=image, roughness=0.85)
+    light = _occlusion(pieces)
+    primitives = []
+    for piece in pieces:
+        material = glb.material(piece.name, tuple(piece.factor), texture=image, roughness=0.85, extras=piece.extras())
+        primitives.append(_skinned(glb, piece.parts, light, size, material))
     shadow = glb.material("contact_shadow", base=(0, 0, 0, 1), alpha="BLEND", roughness=1.0, unlit=True)
-    mesh = glb.mesh(name, [_skinned(glb, parts, rig, size, cloth), _shadow(glb, rig, shadow)])
+    mesh = glb.mesh(name, [*primitives, _shadow(glb, rig, shadow)])
     nodes = _nodes(glb, rig)
     inverse = np.tile(np.eye(4), (len(rig.names), 1, 1))
     inverse[:, :3, 3] = -rig.places
@@ -55,19 +62,28 @@ def person(name, spec):
 
 
 def _dress(shaper, spec):
-    tone, hair_colour = paint.rgb(spec["skin"]), paint.rgb(spec["hair"]["colour"])
-    head, wardrobe = Head(shaper, spec["hair"]), Wardrobe(shaper, tone)
-    strands = spec["hair"].get("strands", 1)
-    parts = head.parts(
-        face.face(head, tone, hair_colour, spec["hair"]),
-        lambda part, points, u, v: paint.hair(points, hair_colour, 7, strands),
-    )
-    parts += (
-        wardrobe.wear_top(spec["top"], spec["seed"])
+    """The pieces of a person, each with its parts."""
+    tone, hair_colour, look = paint.rgb(spec["skin"]), paint.rgb(spec["hair"]["colour"]), spec["hair"]
+    head, wardrobe = Head(shaper, look), Wardrobe(shaper, tone)
+    strands = look.get("strands", 1)
+
+    def paint_hair(part, points, u, v):
+        return paint.hair(points, hair_colour, 7, strands)
+
+    body = (
+        head.parts(face.face(head, tone, hair_colour, look), face.shell(head, hair_colour, look))
+        + wardrobe.wear_top(spec["top"], spec["seed"])
         + wardrobe.wear_bottom(spec["bottom"], spec["seed"] + 10)
         + wardrobe.wear_shoes(spec["shoes"])
     )
-    return parts + (wardrobe.carry(spec["bag"]) if "bag" in spec else [])
+    pieces = dyes.pieces_of(spec)
+    for part in body:
+        pieces[dyes.piece_of(part, spec)].parts.append(part)
+    cuts = worn.hair(head, pieces["hair"], paint_hair)
+    if not cuts:
+        pieces["hair"].parts += long_hair(head, paint_hair, look.get("style", ""))
+    every = [*pieces.values(), *cuts, *worn.bags(wardrobe, spec), *worn.hats(head, wardrobe.fabrics)]
+    return [piece for piece in every if piece.parts]
 
 
 def _nodes(glb, rig):
@@ -82,41 +98,58 @@ def _nodes(glb, rig):
     return nodes
 
 
-def _skinned(glb, parts, rig, size, material):
-    positions, normals, uv, weights, triangles, rows = [], [], [], [], [], []
-    base = 0
+def _flat(parts):
+    """Positions, normals and triangles of parts, and where each part's grid lies among them."""
+    triangles, rows, base = [], [], 0
     for part in parts:
-        count = part.grid.shape[0] * part.grid.shape[1]
-        positions.append(part.grid.reshape(-1, 3))
-        normals.append(part.normals.reshape(-1, 3))
-        uv.append(paint.texture_coordinates(part, size))
-        weights.append(part.weights.reshape(count, -1))
         triangles.append(part.triangles() + base)
         rows.append((base, part.grid.shape[:2]))
-        base += count
-    positions, normals, triangles = np.concatenate(positions), np.concatenate(normals), np.concatenate(triangles)
-    weights = np.clip(np.concatenate(weights), 0, None)
+        base += part.grid.shape[0] * part.grid.shape[1]
+    positions = np.concatenate([part.grid.reshape(-1, 3) for part in parts])
+    normals = np.concatenate([part.normals.reshape(-1, 3) for part in parts])
+    return positions, normals, np.concatenate(triangles), rows
+
+
+def _skinned(glb, parts, light, size, material):
+    positions, normals, triangles, _ = _flat(parts)
+    weights = np.concatenate([part.weights.reshape(-1, part.weights.shape[2]) for part in parts])
+    weights = np.clip(weights, 0, None)
     joints = np.argsort(-weights, axis=1, kind="stable")[:, :4]
     shares = np.take_along_axis(weights, joints, axis=1)
     joints[shares <= 0] = 0
-    colours = np.repeat(_occlusion(positions, normals, triangles, rows)[:, None], 3, axis=1)
-    return glb.primitive(
-        positions, normals, triangles, material, uv=np.concatenate(uv), colors=colours, joints=joints, weights=shares
-    )
+    colours = np.repeat(np.concatenate([light[id(part)] for part in parts])[:, None], 3, axis=1)
+    uv = np.concatenate([paint.texture_coordinates(part, size) for part in parts])
+    return glb.primitive(positions, normals, triangles, material, uv=uv, colors=colours, joints=joints, weights=shares)
 
 
-def _occlusion(positions, normals, triangles, rows):
-    """Baked ambient occlusion of the bind pose with a floor; what lies inside another part takes its neighbours'
-    light.
+def _occlusion(pieces):
+    """Baked ambient occlusion of the bind pose with a floor, by part; what lies inside another part takes its
+    neighbours' light. What is not in every variant darkens nothing but itself.
     """
     floor = np.array([[-3, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]], dtype=np.float64)
-    soup = ao.Rays(
-        np.concatenate([positions, floor]),
-        np.concatenate([triangles, np.array([[0, 1, 2], [0, 2, 3]]) + len(positions)]),
-    )
-    open_share, backs = ao.openness(soup, positions, normals, reach=0.45, count=96, lift=0.003)
-    light = 0.30 + 0.70 * smoothstep(-0.05, 0.95, open_share)
-    hidden = backs > 0.25
+    light = {}
+
+    def cast(others, parts):
+        positions, _, triangles, _ = _flat(others)
+        soup = ao.Rays(
+            np.concatenate([positions, floor]),
+            np.concatenate([triangles, np.array([[0, 1, 2], [0, 2, 3]]) + len(positions)]),
+        )
+        positions, normals, _, rows = _flat(parts)
+        open_share, backs = ao.openness(soup, positions, normals, reach=0.45, count=96, lift=0.003)
+        found = _without_hidden(0.30 + 0.70 * smoothstep(-0.05, 0.95, open_share), backs > 0.25, rows)
+        for part, (base, (height, width)) in zip(parts, rows):
+            light[id(part)] = found[base : base + height * width]
+
+    always = [part for piece in pieces if not piece.choice for part in piece.parts]
+    cast(always, always)
+    for piece in pieces:
+        if piece.choice:
+            cast(always + piece.parts, piece.parts)
+    return light
+
+
+def _without_hidden(light, hidden, rows):
     for base, (height, width) in rows:
         block = slice(base, base + height * width)
         grid, unknown = light[block].reshape(height, width).copy(), hidden[block].reshape(height, width).copy()

@@ -16,12 +16,11 @@ class Fabrics:
 
     def skin(self, part, points, u, v):
         colour = paint.skin(points, self.tone)
-        if "hand" in part.name and "thumb" not in part.name:  # fingers: dark lines between them, nails left out
-            fingers = 0.5 + 0.5 * np.cos(2 * np.pi * u * 8)
-            colour = (
-                colour * (1 - 0.30 * (fingers**4) * smoothstep(0.42, 0.60, 1 - np.abs(v - 0.0)) * (v > 0.45))[..., None]
-            )
+        if "hand" in part.name:
             colour = colour * np.array([1.0, 0.95, 0.94])
+        if "finger" in part.name:  # lines at the joints and a nail at the tip, outside
+            bent = line(v - 0.42, 0.05) + line(v - 0.16, 0.05)
+            colour = colour * (1 - 0.12 * np.clip(bent, 0, 1))[..., None]
         if "leg" in part.name:
             knee = np.exp(-(((along(part, v, "heights") - 0.50) / 0.035) ** 2))
             colour = colour * (1 - 0.08 * knee)[..., None]

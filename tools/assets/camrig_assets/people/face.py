@@ -1,15 +1,15 @@
-"""The face: skin, beard, mouth, eyes, brows and the ground of the hair, painted by place on the head."""
+"""The face: skin, beard, mouth, eyes, brows and the ground of the hair, painted by place on the head; eyeballs are parts of their own (eyes.py)."""
 
 import numpy as np
 
 from .. import noise
 from ..noise import mix, smoothstep
+from .eyes import lids
 from .paint import hair, line, rgb, skin
 
 
 def face(head, tone, hair_colour, look):
     """Painter of the head: skin, eyes, brows, mouth, beard and the ground of the hair."""
-    eye_colour = rgb(look.get("eyes", "#4a3728"))
     brow = rgb(look["brows"]) if "brows" in look else np.asarray(hair_colour) * 0.7
     tone = np.asarray(tone)
 
@@ -83,14 +83,10 @@ def face(head, tone, hair_colour, look):
         )
         # eyes
         ex, ey = x - 0.0310, y - 0.1125
-        upper, lower = 0.0072 * (1 - (ex / 0.0140) ** 2), -0.0052 * (1 - (ex / 0.0140) ** 2)
+        upper, lower = lids(ex)
         inside = smoothstep(-0.0006, 0.0008, np.minimum(upper - ey, ey - lower)) * (np.abs(ex) < 0.0140) * front
-        white = np.array([0.90, 0.88, 0.86]) * (0.80 + 0.20 * smoothstep(0.006, -0.001, ey))[..., None]
-        iris = np.hypot(ex, ey - 0.0006)
-        ball = mix(white, eye_colour, smoothstep(0.0066, 0.0058, iris))
-        ball = mix(ball, np.array([0.03, 0.02, 0.02]), smoothstep(0.0032, 0.0026, iris))
-        ball = mix(ball, np.array([0.95, 0.95, 0.95]), smoothstep(0.0015, 0.0008, np.hypot(ex + 0.0018, ey - 0.0028)))
-        colour = mix(colour, ball, inside)
+        # What is seen beside the eyeball's rim.
+        colour = mix(colour, tone * np.array([0.72, 0.52, 0.48]), inside)
         lash = line(ey - upper - 0.0006, look.get("lashes", 0.0020)) * (np.abs(ex) < 0.0150) * front
         colour = mix(colour, np.array([0.10, 0.07, 0.06]), lash * 0.9)
         colour = mix(colour, tone * 0.55, line(ey - lower + 0.0004, 0.0012) * (np.abs(ex) < 0.0135) * front * 0.5)
@@ -124,12 +120,24 @@ def face(head, tone, hair_colour, look):
         cover = head.hair_cover(local)
         ragged = cover + 0.006 * (noise.value(points * 90, 12) - 0.5)
         grown = smoothstep(-0.004, 0.006, ragged)
-        strands = hair(points, hair_colour, 7, look.get("strands", 1))
-        strands = (
-            strands
-            * (0.72 + 0.28 * smoothstep(0.02, 0.10, cover))[..., None]
-            * (1 + 0.16 * np.exp(-(((y - 0.185) / 0.016) ** 2)))[..., None]
-        )
-        return mix(colour, strands, grown)
+        return mix(colour, strands(head, hair_colour, look, points, local), grown)
 
     return paint
+
+
+def strands(head, hair_colour, look, points, local):
+    """Hair on the skull: darker at its line, with a light band above the brow."""
+    y, cover = local[..., 1], head.hair_cover(local)
+    made = hair(points, hair_colour, 7, look.get("strands", 1))
+    return (
+        made
+        * (0.72 + 0.28 * smoothstep(0.02, 0.10, cover))[..., None]
+        * (1 + 0.16 * np.exp(-(((y - 0.185) / 0.016) ** 2)))[..., None]
+    )
+
+
+def shell(head, hair_colour, look):
+    """Painter of the hair that lies on the skull."""
+    return lambda part, points, u, v: strands(
+        head, hair_colour, look, points, (points / head.shaper.s - head.chin) / head.size
+    )

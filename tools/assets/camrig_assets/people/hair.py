@@ -45,9 +45,9 @@ HAIRLINE = {
 }
 
 
-def long_hair(head, paint_hair):
-    """Long hair, bun, ponytail, headscarf: closed shapes behind and beside the neck."""
-    made, shaper, style = [], head.shaper, head.look.get("style", "")
+def long_hair(head, paint_hair, style):
+    """Long hair, bun, ponytail, curls: closed shapes behind and beside the neck."""
+    made, shaper = [], head.shaper
     if style in ("long", "bob", "medium"):
         bottom = {"long": -0.19, "medium": -0.10, "bob": -0.005}[style]
         heights = np.linspace(bottom, 0.17, 9 if style == "long" else 7)

@@ -6,7 +6,8 @@ Heights are measured from the chin, z from the head's middle axis, metres at the
 import numpy as np
 
 from ..noise import smoothstep
-from .hair import HAIRLINE, long_hair
+from .eyes import eyes
+from .hair import HAIRLINE
 from .parts import Part, table, unit_ring
 
 # height, half width, front, back
@@ -157,11 +158,21 @@ class Head:
                     )
                 )
         if self.look["hairline"]:
-            made.append(self._shell(head))
-        made += long_hair(self, paint_hair)
-        return made
+            made.append(self._shell(head, paint_hair))
+        return made + eyes(self)
 
-    def _shell(self, head):
+    def depth_at(self, x, y):
+        """z of the face at (x, y): between the grid's rows, which are level."""
+        row = int(np.clip(np.searchsorted(ROWS, y, "right") - 1, 0, len(ROWS) - 2))
+        share = (y - ROWS[row]) / (ROWS[row + 1] - ROWS[row])
+        found = []
+        for points in self.local[row : row + 2]:
+            front = points[points[:, 2] > 0]
+            front = front[np.argsort(front[:, 0])]
+            found.append(np.interp(x, front[:, 0], front[:, 2]))
+        return found[0] * (1 - share) + found[1] * share
+
+    def _shell(self, head, paint_hair):
         """Hair lying on the skull: the head's grid pushed out by the hair's thickness, cut at the hairline."""
         cover = self.hair_cover(self.local)
         thick = self.look["thickness"]
@@ -173,5 +184,6 @@ class Head:
         )
         rise = np.where(cover > 0, smoothstep(0, 0.022, cover) * crown + 0.002, -0.004)
         shell = self.local + head.normals * rise[..., None]
-        part = Part("hair", self.place(shell), head.weights.copy(), uses=head, keep=cover > 0)
-        return part
+        return Part(
+            "hair", self.place(shell), head.weights.copy(), (128, 112), paint_hair, keep=cover > 0, piece="hair"
+        )

@@ -114,30 +114,46 @@ def leg(shaper, name, side, heights, ease, columns=12, power=2.1, cuff=0.0, **ke
     return Part(name, grid, w, tags={"heights": np.array(kept), "side": side}, **keywords)
 
 
+# where along the palm's breadth (forward), length from the wrist, radius at the knuckle
+FINGERS = ((0.0285, 0.172, 0.0088), (0.0100, 0.182, 0.0092), (-0.0085, 0.174, 0.0088), (-0.0260, 0.152, 0.0078))
+
+
 def hand(shaper, name, side, paint):
-    """Palm and fingers as one closed shape, slightly curled, and a thumb; the palm looks at the thigh."""
+    """A palm, four fingers and a thumb, slightly curled; the palm looks at the thigh."""
     sign = 1 if side == "left" else -1
     wrist, up = arm_frame(shaper, side, 2.0)
     size = 0.94 if shaper.build.female else 1.0
+
+    def axis(way, bend=1.0):
+        curl = 0.030 * (way / 0.18) ** 2 * bend + 0.004
+        return wrist - up * way * size + np.array([-sign * curl, 0, 0.004 + 0.02 * way])
+
+    def made(part, count, columns, texels):
+        return shaper.fixed(
+            Part(name + part, count * shaper.s, shaper.blank(len(count), columns), texels, paint, tags={"side": side}),
+            f"{side}_hand",
+        )
+
     rows = [
-        (0.182, 0.006, 0.010),
-        (0.176, 0.011, 0.024),
-        (0.150, 0.0125, 0.034),
-        (0.115, 0.014, 0.039),
-        (0.085, 0.0155, 0.042),
+        (0.108, 0.006, 0.030),
+        (0.103, 0.0125, 0.038),
+        (0.085, 0.0150, 0.041),
         (0.045, 0.018, 0.036),
         (0.012, 0.020, 0.028),
         (-0.012, 0.020, 0.027),
     ]
-    grid = []
-    for way, thick, broad in rows:
-        curl = 0.030 * (way / 0.18) ** 2 + 0.004
-        centre = wrist - up * way * size + np.array([-sign * curl, 0, 0.004 + 0.02 * way])
-        grid.append(ring_at(centre, up, thick * size, broad * size, broad * size * 0.95, 8, 2.6))
-    palm = shaper.fixed(
-        Part(name, np.array(grid) * shaper.s, shaper.blank(len(rows), 8), (40, 56), paint, tags={"side": side}),
-        f"{side}_hand",
-    )
+    palm = [ring_at(axis(way), up, thick * size, broad * size, broad * size * 0.95, 8, 2.6) for way, thick, broad in rows]
+    parts = [made("", np.array(palm), 8, (40, 32))]
+    for number, (aside, length, radius) in enumerate(FINGERS):
+        bend = 1.0 + 0.25 * number
+        rings = []
+        for share, thick in ((1.0, 0.25), (0.93, 0.72), (0.55, 0.95), (0.0, 1.0)):
+            way = 0.092 + (length - 0.092) * share
+            centre = axis(way, bend) + np.array([0, 0, aside * (1 + 0.12 * share)]) * size
+            rings.append(ring_at(centre, up, radius * thick * size, radius * thick * size, radius * thick * size, 5))
+        parts.append(made(f"_finger_{number}", np.array(rings), 5, (12, 20)))
+        if number:
+            parts[-1].uses = parts[1]
     start = wrist - up * 0.030 * size + np.array([-sign * 0.006, 0, 0.022])
     heading = -up * 0.80 + np.array([-sign * 0.28, 0, 0.55])
     heading /= np.linalg.norm(heading)
@@ -145,13 +161,7 @@ def hand(shaper, name, side, paint):
         ring_at(start + heading * way * size, -heading, r * size, r * size, r * size, 5)
         for way, r in ((0.075, 0.003), (0.069, 0.008), (0.045, 0.0105), (0.0, 0.013))
     ]
-    return [
-        palm,
-        shaper.fixed(
-            Part(name + "_thumb", np.array(thumb) * shaper.s, shaper.blank(4, 5), (16, 16), paint, tags={"side": side}),
-            f"{side}_hand",
-        ),
-    ]
+    return parts + [made("_thumb", np.array(thumb), 5, (16, 16))]
 
 
 def shoe(shaper, name, side, paint, top=0.085, sole=0.018, length=1.0, width=1.0, pointed=0.0):

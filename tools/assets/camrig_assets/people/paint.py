@@ -52,17 +52,15 @@ def along(part, v, key):
     return np.interp((1 - np.clip(v, 0, 1)) * (len(values) - 1), np.arange(len(values)), values)
 
 
-def atlas(parts, size):
-    """The painted texture as a PIL image."""
+def atlas(pieces, size):
+    """The painted texture of all pieces' parts as a PIL image, each as its material wants it."""
     pixels = np.full((size[1], size[0], 3), 0.5)
-    for part in parts:
-        if part.uses is not None:
-            continue
+    for piece, part in ((piece, part) for piece in pieces for part in piece.parts if part.uses is None):
         x, y, w, h = part.rect
         columns, rows = np.arange(-GUTTER, w + GUTTER), np.arange(-GUTTER, h + GUTTER)
         u, v = np.meshgrid(np.clip(columns / (w - 1), 0, 1), np.clip(rows / (h - 1), 0, 1))
-        pixels[y - GUTTER : y + h + GUTTER, x - GUTTER : x + w + GUTTER] = part.paint(
-            part, sampled(part.grid, u, v), u, v
+        pixels[y - GUTTER : y + h + GUTTER, x - GUTTER : x + w + GUTTER] = piece.painted(
+            np.clip(part.paint(part, sampled(part.grid, u, v), u, v), 0, 1)
         )
     return Image.fromarray((np.clip(pixels, 0, 1) * 255 + 0.5).astype(np.uint8), "RGB")
 

@@ -24,6 +24,7 @@ class Part:
     normals: np.ndarray = None
     keep: np.ndarray = None  # rows x columns+1, False: outside (triangles with no kept corner are dropped)
     rect: tuple = None  # place in the atlas, set when packed
+    piece: str = None  # name of its material; None: by its name (dyes.piece_of)
     uses: "Part" = None  # shares the texture of another part with the same grid topology
     tags: dict = field(default_factory=dict)
 

@@ -23,6 +23,7 @@ class Canvas:
     hem: float
     seed: int
     colours: np.ndarray = None
+    opening: np.ndarray = None
 
     @property
     def aside(self):
@@ -31,6 +32,10 @@ class Canvas:
 
     def put(self, colours, cover):
         self.colours = mix(self.colours, colours, cover)
+
+    def open(self, colours, cover):
+        """Not cloth of this garment: a part of its own shows it (openings.py)."""
+        self.opening = mix(self.opening, colours, cover)
 
     def darken(self, amount):
         self.colours = self.colours * (1 - amount)[..., None]
@@ -41,28 +46,32 @@ class Canvas:
 
 def top_painter(fabrics, spec, seed):
     """The painter of the garment that `spec` describes, for `fabrics`' wearer."""
+    return lambda part, points, u, v: _painted(fabrics, spec, seed, part, points, u, v).colours
 
-    def painter(part, points, u, v):
-        x, z = points[..., 0] / fabrics.s, points[..., 2] / fabrics.s
-        canvas = Canvas(
-            points,
-            u,
-            x,
-            along(part, v, "heights"),
-            z > 0.0,
-            rgb(spec["colour"]),
-            fabrics.tone,
-            part.tags["heights"].min(),
-            seed,
-        )
-        _cloth(canvas, spec)
-        for add in STYLES.get(spec["style"], ()):
-            add(canvas, spec)
-        for kind, colour in spec.get("straps", ()):
-            _strap(canvas, kind, rgb(colour))
-        return canvas.colours
 
-    return painter
+def opening_painter(fabrics, spec, seed):
+    """The painter of what shows where that garment is open."""
+    return lambda part, points, u, v: _painted(fabrics, spec, seed, part, points, u, v).opening
+
+
+def _painted(fabrics, spec, seed, part, points, u, v):
+    x, z = points[..., 0] / fabrics.s, points[..., 2] / fabrics.s
+    canvas = Canvas(
+        points,
+        u,
+        x,
+        along(part, v, "heights"),
+        z > 0.0,
+        rgb(spec["colour"]),
+        fabrics.tone,
+        part.tags["heights"].min(),
+        seed,
+    )
+    canvas.opening = canvas.skin() * 0.96
+    _cloth(canvas, spec)
+    for add in STYLES.get(spec["style"], ()):
+        add(canvas, spec)
+    return canvas
 
 
 def _cloth(c, spec):
@@ -93,14 +102,11 @@ def _buttons(c, spec):
 def _v_neck(c, spec):
     edge = c.aside - (c.y - (1.355 if spec["style"] == "blouse" else 1.34)) * 0.42
     c.darken(0.3 * line(edge - 0.006, 0.008) * c.front)
-    c.put(c.skin() * 0.96, smoothstep(0.005, -0.005, edge) * c.front)
 
 
 def _crew_neck(c, spec):
-    """A round neckline, lower in front, and a print on the chest."""
-    lower = np.where(c.front, 0.022, 0.0) * smoothstep(0.09, 0.03, c.aside)
-    c.darken(0.2 * line(c.y - 1.45 + lower, 0.006))
-    c.put(c.skin(), smoothstep(1.462, 1.468, c.y + lower))
+    """A round neckline, and a print on the chest."""
+    c.darken(0.2 * line(c.y - 1.45, 0.006))
     if "print" in spec:
         c.put(rgb(spec["print"]), smoothstep(0.075, 0.071, np.hypot(c.x, (c.y - 1.27) * 1.1)) * c.front)
         c.put(c.base, smoothstep(0.05, 0.047, np.hypot(c.x - 0.012, (c.y - 1.28) * 1.1)) * c.front)
@@ -119,9 +125,7 @@ def _shirt_and_tie(c, spec, open_to):
         under = mix(under, cloth(c.points, stripes, np.zeros(c.u.shape), 3), smoothstep(0.002, -0.002, c.aside - half))
         collar = line(c.aside - 0.045 - (1.48 - c.y) * 0.25, 0.006) * (c.y > 1.42)
         under = under * (1 - 0.2 * collar)[..., None]
-    else:
-        under = mix(under, c.skin(), smoothstep(0.005, -0.005, c.aside - (c.y - 1.405) * 0.6))
-    c.put(under, inside)
+    c.open(under, np.ones(c.u.shape))
     return width, inside
 
 
@@ -172,21 +176,8 @@ def _cardigan(c, spec):
     """Open in front over another top."""
     width = 0.030 + np.clip(c.y - 1.0, 0, 1) * 0.075
     under = cloth(c.points, rgb(spec["shirt"]), folds(c.points, 0.5, c.seed + 1), c.seed + 1)
-    under = mix(under, c.skin(), smoothstep(1.425, 1.432, c.y - 0.3 * c.aside))
     c.darken(0.25 * line(c.aside - width - 0.018, 0.004) * c.front)
-    c.put(under, smoothstep(0.005, -0.005, c.aside - width) * c.front)
-
-
-def _strap(c, kind, colour):
-    """A backpack's two straps, or one across the chest down to the left or right hip."""
-    if kind == "backpack":
-        path = c.aside - 0.100 + 0.03 * smoothstep(1.30, 1.46, c.y)
-        band = smoothstep(0.026, 0.023, np.abs(path)) * (c.y > 1.12) * (c.front | (c.y > 1.40))
-    else:
-        sign = 1 if kind == "left" else -1
-        band = smoothstep(0.022, 0.019, np.abs(sign * c.x * 0.80 - (1.22 - c.y) * 0.55)) * (c.y < 1.47) * (c.y > 0.95)
-    c.darken(0.35 * smoothstep(0.3, 0.9, 1 - band) * (band > 0))
-    c.put(cloth(c.points, colour, np.zeros(c.u.shape), 4), band)
+    c.open(under, np.ones(c.u.shape))
 
 
 STYLES = {

@@ -3,13 +3,13 @@
 import numpy as np
 
 from ..noise import mix, smoothstep
-from . import limbs
+from . import limbs, openings
 from .fabrics import Fabrics
 from .paint import cloth, folds, line, rgb
 from .parts import Part, ring_at
 from .tops import top_painter
+from .trunk import TRUNK
 
-TRUNK = (0.93, 0.98, 1.04, 1.10, 1.18, 1.26, 1.32, 1.37, 1.405, 1.435, 1.46, 1.48, 1.50)
 LEG_ROWS = (0.055, 0.10, 0.20, 0.32, 0.42, 0.48, 0.53, 0.60, 0.70, 0.80, 0.88, 0.955)
 
 
@@ -56,6 +56,10 @@ class Wardrobe:
             paint=top_painter(self.fabrics, spec, seed),
         )
         parts.append(trunk)
+        parts += openings.opening(shaper, self.fabrics, spec, seed, ease, hem)
+        if style == "tee":
+            parts += openings.neckline(shaper, self.fabrics, ease)
+        self.ease = ease
         parts.append(shaper.neck(self.fabrics.skin))
         long_sleeves = spec.get("sleeves", "long") == "long"
         for side in ("left", "right"):

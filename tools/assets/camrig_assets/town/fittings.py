@@ -139,8 +139,10 @@ def fountain(builder, at, radius=3.2):
     ring = lambda r, h: shapes.ring(r, r, (0, h, 0), 40)  # noqa: E731
     basin = [ring(radius, 0), ring(radius, 0.42), ring(radius + 0.06, 0.45), ring(radius + 0.06, 0.55), ring(radius - 0.32, 0.55)]
     basin += [ring(radius - 0.34, 0.30)]
-    builder.add(shapes.loft(basin).moved(to_file(at)), "plain", stone)
+    wet = (0.22, 0.21, 0.19)  # stone that water runs over is darker, and shines
+    builder.add(shapes.loft(basin[:4]).moved(to_file(at)), "plain", stone)
+    builder.add(shapes.loft(basin[3:]).moved(to_file(at)), "wet", wet)
     builder.add(shapes.disc(radius - 0.33, 40).moved(to_file((x, y, z + 0.38))), "glass", (0.10, 0.20, 0.23))
     profile = ((0.55, 0.3), (0.5, 0.5), (0.3, 0.7), (0.24, 1.3), (0.36, 1.5), (1.15, 1.72), (1.2, 1.82), (1.05, 1.80), (0.2, 1.66))
     profile += ((0.16, 2.25), (0.5, 2.4), (0.52, 2.46), (0.1, 2.42), (0.09, 2.75), (0.0001, 2.82))
-    builder.add(shapes.loft([shapes.ring(r, r, (0, h, 0), 28) for r, h in profile]).moved(to_file(at)), "plain", stone)
+    builder.add(shapes.loft([shapes.ring(r, r, (0, h, 0), 28) for r, h in profile]).moved(to_file(at)), "wet", wet)

@@ -167,6 +167,7 @@ def materials():
         "metal": {"roughness": 0.45, "metallic": 0.0},
         "leaves": {"roughness": 0.95, "texture": leaves(), "alpha": "MASK", "cutoff": 0.5, "double_sided": True},
         "glass": {"roughness": 0.08, "base": (0.9, 0.95, 1.0)},
+        "wet": {"roughness": 0.18},
         "paint": {"roughness": 0.7},
     }
     return {**textured, **plain}

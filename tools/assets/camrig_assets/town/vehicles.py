@@ -97,6 +97,8 @@ CARS = {
     "car_5": (CAR, "#d9a321"),
     "van": (VAN, "#e4e4df"),
 }
+# In which other paint a car comes.
+PAINTS = "#9c1f1f #c9ccd0 #1f3f6e #2a2c2f #d9a321 #e4e4df #6d7276 #14161a #3c5a46 #7c2f1c #4a6a8c #8a8478 #b5562a #5a2a3c".split()
 LENGTHS_M = {"car_1": 4.2, "car_2": 4.2, "car_3": 4.62, "car_4": 4.62, "car_5": 4.2, "van": 4.9}
 
 
@@ -159,7 +161,7 @@ def _facing(mesh):
 
 def _body(shape, colour):
     """(mesh, material, colour) of what does not turn."""
-    paint = linear(colour)
+    paint = (1, 1, 1)  # the material has it
     parts = []
     sections = [_section(*station) for station in shape.stations]
     caps = [np.repeat(s.mean(axis=0)[None], len(s), axis=0) for s in (sections[0], sections[-1])]
@@ -174,10 +176,12 @@ def _body(shape, colour):
     for side in (1, -1):
         for share in (0.0, *shape.pillars, 1.0):
             points = []
-            for level, (z, rear, front, half) in enumerate(shape.cabin[:-1]):
-                inset = 0.07 if share in (0.0, 1.0) else -0.006
-                end = rear + 0.05 + share * (front - rear - 0.10)
-                points.append((end, side * (half - inset), z))
+            for z, rear, front, half in shape.cabin[:-1]:
+                if share in (0.0, 1.0):  # at the glass's rounded corner, half sunk in it
+                    x, y = (front + rear) / 2 + (share - 0.5) * 0.925 * (front - rear), 0.905 * half
+                else:
+                    x, y = rear + 0.05 + share * (front - rear - 0.10), half + 0.006
+                points.append((x, side * y, z))
             parts.append((shapes.tube(points, 0.045 if share in (0.0, 1.0) else 0.035, 6), "paint", paint))
         if not shape.pillars:  # a van: closed sides behind the driver
             (z0, r0, f0, h0), (z1, r1, _, h1) = shape.cabin[0], shape.cabin[-2]
@@ -203,9 +207,10 @@ def _details(shape, parts):
         for x in shape.wheels:
             arch = (x, side * (_side(shape, x) + 0.004), shape.wheel_radius)
             parts.append((_disc(shape.wheel_radius + 0.055, arch, side), "trim", dark))
-        y = side * front[3] * 0.74
-        parts.append((_box((front[0] - 0.02, y - 0.15, front[2] - 0.17), (nose[0] - 0.015, y + 0.15, front[2] - 0.045)), "lamp", (0.82, 0.84, 0.86)))
-        y = side * rear[3] * 0.80
+        y = side * front[3] * 0.64
+        parts.append((_box((front[0] - 0.02, y - 0.14, front[2] - 0.18), (nose[0] - 0.03, y + 0.14, front[2] - 0.06)), "lamp", (0.82, 0.84, 0.86)))
+        parts.append((_box((front[0], y - 0.11, front[2] - 0.165), (nose[0] - 0.022, y + 0.04, front[2] - 0.075)), "glass", (0.30, 0.32, 0.34)))
+        y = side * rear[3] * 0.76
         parts.append((_box((tail[0] - 0.015, y - 0.12, rear[2] - 0.24), (rear[0] + 0.05, y + 0.12, rear[2] - 0.10)), "lamp", (0.42, 0.02, 0.02)))
         z, _, cabin_front, half = shape.cabin[0]
         parts.append((_box((cabin_front - 0.72, side * (half + 0.10) - 0.10, z + 0.03), (cabin_front - 0.60, side * (half + 0.10) + 0.10, z + 0.16)), "trim", dark))
@@ -307,7 +312,8 @@ def car(name):
     """One car's GLB; its clip `drive` turns the wheels once in the time it takes at 10 m/s."""
     shape, colour = CARS[name]
     glb = Glb(name)
-    numbers = {key: glb.material(key, **keys) for key, keys in MATERIALS.items()}
+    own = {"base": tuple(linear(colour)), "extras": {"camrig_variants": {"colors": [[round(float(v), 4) for v in linear(c)] for c in PAINTS]}}}
+    numbers = {key: glb.material(key, **keys, **(own if key == "paint" else {})) for key, keys in MATERIALS.items()}
     shadow = glb.material("contact_shadow", base=(0, 0, 0, 1), alpha="BLEND", roughness=1.0, unlit=True)
     body = _body(shape, colour)
     root = glb.node(name)

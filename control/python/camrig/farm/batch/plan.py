@@ -10,6 +10,8 @@ from typing import Any, Iterator, Mapping
 from ...errors import CamrigError
 from ...places import find_binary
 from ...json_checks import Wrong, check_choice, check_integer, check_list, check_number, check_object, check_text, inside, read_json
+from ...randomize import KINDS, changes as randomized
+from ...scene_base import on_its_base, read_scene_file, scene_path
 from .hashing import canonical, file_hash, seed_of
 from .pointer import PointerError
 from .scene_file import read_scene, scene_hash, varied
@@ -22,7 +24,7 @@ _MAX_CAMERAS, _MAX_FAULTS = 256, 1000
 _MAX_SECONDS = 1e9
 _QUALITIES = ("fast", "simple", "beautiful")
 #: What a plan says of every variant, and `vary` of some.
-_VARIED = ("scene", "seed", "quality", "device", "start_s", "seconds", "cameras", "faults")
+_VARIED = ("scene", "seed", "quality", "device", "start_s", "seconds", "cameras", "faults", "randomize")
 _KEYS = {"camrig_plan", "description", "master_seed", "shard_seconds", "pictures", "set", "vary", *_VARIED}
 
 
@@ -84,13 +86,15 @@ def _of_variant(place: str, told: Mapping[str, Any], row: Row, master: int, shar
     faults = told.get("faults", [])
     if not isinstance(faults, list) or len(faults) > _MAX_FAULTS or not all(isinstance(fault, dict) for fault in faults):
         raise Wrong(f"{place}: faults", f"must be a list of at most {_MAX_FAULTS} objects, as fault.set takes them")
-    changes = {key: value for key, value in told.items() if key.startswith("/")}
     scene = scenes.name(check_text(told["scene"], f"{place}: scene"))
+    # By what the row says and not by its number: a plan that grows keeps its frames.
+    seed = check_integer(told.get("seed", seed_of(master, "row", row)), f"{place}: seed", 0, 2**53)
+    kinds = [check_choice(kind, f"{place}: randomize", KINDS) for kind in check_list(told.get("randomize", []), f"{place}: randomize", len(KINDS))] if told.get("randomize") else []
+    changes = {**(randomized(scenes.whole(scene), seed, kinds) if kinds else {}), **{key: value for key, value in told.items() if key.startswith("/")}}
     start_ns, length_ns = _ns(told.get("start_s", 0), f"{place}: start_s", 0), _ns(told["seconds"], f"{place}: seconds", 1e-3)
     common = dict(
         scene=scene, scene_hash=scenes.hash(place, scene, cameras, changes), program_hash=program, cameras=cameras, changes=changes, faults=faults,
-        # By what the row says and not by its number: a plan that grows keeps its frames.
-        seed=check_integer(told.get("seed", seed_of(master, "row", row)), f"{place}: seed", 0, 2**53),
+        seed=seed,
         quality=check_choice(told.get("quality", "simple"), f"{place}: quality", _QUALITIES),
         device=str(told.get("device", "cpu")), pictures=pictures)
     step_ns = shard_ns or length_ns
@@ -110,6 +114,11 @@ class _Scenes:
         """A word names a shipped scene, of every machine's own; a path is one from the plan's folder."""
         is_word = "/" not in scene and "." not in scene
         return scene if is_word or not (self._folder / scene).is_file() else str(self._folder / scene)
+
+    def whole(self, scene: str) -> dict[str, Any]:
+        """All of it, its base put in."""
+        path = scene_path(scene)
+        return on_its_base(read_scene_file(path), path)
 
     def hash(self, place: str, scene: str, cameras: list[Any] | None, changes: Mapping[str, Any]) -> str:
         key = canonical([scene, cameras, changes])

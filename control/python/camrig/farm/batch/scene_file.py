@@ -5,43 +5,23 @@ from __future__ import annotations
 import copy
 import functools
 import json
-import os
 import struct
 from pathlib import Path
 from typing import Any, Iterator, Mapping
 
-from ...errors import CamrigError
-from ...places import find_binary, find_scene
+from ...scene_base import open_base, read_scene_file, scene_path
 from .hashing import canonical, file_hash, text_hash
 from .pointer import PointerError, assign
 
-_MAX_SCENE_BYTES = 16 << 20
+_MAX_HEAD_BYTES = 16 << 20
 _MAX_MODEL_BYTES = 256 << 20
 _SHIPPED = "camrig:"
 
 
-def scene_path(scene: str) -> Path:
-    """The file of a scene: "hall" is a shipped one, as for `camrig serve`; anything else is a path."""
-    is_word = "/" not in scene and "." not in scene
-    if is_word and (folder := os.environ.get("CAMRIG_SCENES")):
-        return Path(folder, f"{scene}.json")
-    return Path(find_scene(f"scenes/{scene}.json" if is_word else scene, find_binary())).absolute()
-
-
 def read_scene(scene: str) -> dict[str, Any]:
+    """With an empty place for whatever its base has a name for, so that changes find it."""
     path = scene_path(scene)
-    try:
-        with open(path, "rb") as file:
-            text = file.read(_MAX_SCENE_BYTES + 1)
-    except OSError as problem:
-        raise CamrigError("not_found", f"{path}: {problem.strerror}") from None
-    try:
-        value = json.loads(text) if len(text) <= _MAX_SCENE_BYTES else None
-    except (ValueError, RecursionError) as problem:
-        raise CamrigError("invalid_argument", f"{path}: is not JSON: {problem}; a plan takes scene files, no bare models") from None
-    if not isinstance(value, dict) or not isinstance(value.get("cameras", []), list):
-        raise CamrigError("invalid_argument", f"{path}: is no scene file")
-    return value
+    return open_base(read_scene_file(path), path)
 
 
 def varied(scene: Mapping[str, Any], cameras: list[Any] | None, changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -112,7 +92,7 @@ def _referred(model: str, mtime_ns: int) -> list[str]:
             if model.endswith(".glb"):  # its first chunk, behind a head of 12 bytes
                 (size,) = struct.unpack("<I", file.read(16)[12:])
                 file.seek(20)
-                told = json.loads(file.read(min(size, _MAX_SCENE_BYTES)))
+                told = json.loads(file.read(min(size, _MAX_HEAD_BYTES)))
             else:
                 told = json.loads(file.read(_MAX_MODEL_BYTES))
         uris = [part.get("uri") for key in ("buffers", "images") for part in told.get(key, [])]
