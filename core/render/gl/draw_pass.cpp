@@ -34,6 +34,9 @@ void DrawPass::begin_view(const PassView& view, GpuScene& scene) {
     if (!beautiful_) beautiful_.emplace(gl_);
     beautiful_->bind(view.shadow_maps);
     if (!view.shadows.empty()) bind_block(shadow_binding, shadow_block(view));
+    if (view.bodies == nullptr) return;
+    bind_storage(body_binding, view.bodies->bodies);
+    bind_storage(capsule_binding, view.bodies->capsules);
 }
 
 template <typename Block>
@@ -41,6 +44,15 @@ void DrawPass::bind_block(GLuint binding, const Block& block) {
     const auto piece = scene_->stream().allocate(sizeof block);
     std::memcpy(piece.data, &block, sizeof block);
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, binding, piece.buffer, piece.offset, sizeof block);
+}
+
+template <typename Entry>
+void DrawPass::bind_storage(GLuint binding, const std::vector<Entry>& entries) {
+    if (entries.empty()) return;
+    const std::size_t bytes = entries.size() * sizeof(Entry);
+    const auto piece = scene_->stream().allocate(bytes);
+    std::memcpy(piece.data, entries.data(), bytes);
+    gl_.BindBufferRange(GL_SHADER_STORAGE_BUFFER, binding, piece.buffer, piece.offset, static_cast<GLsizeiptr>(bytes));
 }
 
 void DrawPass::use_program(GLuint program) {

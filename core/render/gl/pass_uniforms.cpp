@@ -31,6 +31,7 @@ ViewBlock view_block(const PassView& view) {
     block.up = glm::vec4(ambient.up, 0.0f);
     block.sky = glm::vec4(ambient.sky, ambient.exposure);
     block.ground = glm::vec4(ambient.ground, view.scene->environment().daylight ? 1.0f : 0.0f);
+    block.bodies.x = static_cast<float>(view.bodies == nullptr ? 0 : view.bodies->bodies.size());
     for (int i = 0; i < 3; ++i) block.truth_rows[i] = row(t.truth_from_optical, i);
     return block;
 }

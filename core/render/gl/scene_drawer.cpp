@@ -66,7 +66,7 @@ void SceneDrawer::restore(const View& view, const ViewPlan& plan, GpuScene& scen
             view.camera, {view.spec_revision, view.pose, view.quality, scene.placed().statics_number()});
     if (changes.layer == nullptr || !plan.wants_color) return;
     if (view.quality == world::Quality::beautiful) {
-        changes.shadowed = shadow_rects(view, plan);
+        changes.shadowed = shadow_rects(view, plan, scene);
         std::int64_t area = 0, whole = 0;
         for (const auto& tile : changes.shadowed) {
             for (const PixelRect& rect : tile) area += rect.area();
@@ -147,11 +147,17 @@ ViewTransform SceneDrawer::transform_of(const View& view, const ViewPlan& plan, 
                                plan.spec->far_m);
 }
 
-std::vector<std::vector<PixelRect>> SceneDrawer::shadow_rects(const View& view, const ViewPlan& plan) const {
+std::vector<std::vector<PixelRect>> SceneDrawer::shadow_rects(const View& view, const ViewPlan& plan,
+                                                              const GpuScene& scene) {
     constexpr std::size_t max_rects_per_tile = 8;
     std::vector<std::vector<PixelRect>> rects;
     for (const SourceTile& tile : plan.tiles) {
-        rects.push_back(disjoint_cover(shadows_.changed_pixels(transform_of(view, plan, tile)), max_rects_per_tile));
+        const ViewTransform transform = transform_of(view, plan, tile);
+        std::vector<PixelRect> changed = shadows_.changed_pixels(transform);
+        bodies_.see(make_scene_view(scene.placed(), transform, plan.spec->far_m, view.quality, 0.0), {},
+                    scene.placed().movers().bodies());
+        changed.insert(changed.end(), bodies_.moving_rects.begin(), bodies_.moving_rects.end());
+        rects.push_back(disjoint_cover(std::move(changed), max_rects_per_tile));
     }
     return rects;
 }
@@ -166,6 +172,11 @@ void SceneDrawer::begin_tile(const View& view, const ViewPlan& plan, const Sourc
     if (is_shadowed) {
         pass.shadows = shadows_.views();
         pass.shadow_maps = shadows == Shadows::still ? shadows_.still() : shadows_.now();
+    }
+    if (pass.has_contact_occlusion) {
+        bodies_.see(pass, scene.placed().statics().bodies(),
+                    shadows == Shadows::still ? scene::PlacedBodies{} : scene.placed().movers().bodies());
+        pass.bodies = &bodies_;
     }
     pass_.begin_view(pass, scene);
     static_opaque_.clear();

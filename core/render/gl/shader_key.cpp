@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/render/scene/body_capsules.h"
 #include "core/render/surface_tables.h"
 
 namespace camrig::render::gl {
@@ -75,6 +76,7 @@ std::string defines_of(const ShaderKey& key) {
     if (per_pixel) define("PIXEL_NORMAL");
     if (per_pixel && (beautiful || key.local_lights > 0)) define("PIXEL_POSITION");
     if (per_pixel && beautiful) define("GGX");
+    if (per_pixel && beautiful) define("CONTACT_REACH " + std::to_string(scene::contact_reach_m));
     if (per_pixel && beautiful) define("TABLE_SIDE " + std::to_string(table_side) + ".0");
     if (key.has_shadows) define("SHADOWS");
     if (key.has_shadows) define("MAX_SHADOWS " + std::to_string(max_shadowed_lights));

@@ -37,7 +37,9 @@ struct SceneView {
     double max_detail_error_px = 0.0;           ///< 0: every mesh in full
     std::shared_ptr<const LensView> lens = {};  ///< null: none is looked through
     glm::vec3 light_gain{1.0f};                 ///< factor on all light that falls on something
-    bool has_contact_shadows = true;
+    bool has_contact_shadows = true;            ///< but at quality fast
+    /// Bodies darken light from all around (BodiesInView); then there are no patches of ContactShadows.
+    bool has_contact_occlusion = false;
     bool has_tone_curve = false;  ///< lit surfaces are shown by it (quality beautiful)
     double lamps_hz = 0.0;        ///< lamps that flicker so are at their peak (light_in_view)
 
@@ -45,8 +47,13 @@ struct SceneView {
     std::optional<SeenSurface> see(const PlacedSurface& surface, bool is_static) const;
     /// Appends what may be seen of what stands still, or of what moves, in the order of the scene; null: not wanted.
     void see_all(bool of_statics, std::vector<SeenSurface>* opaque, std::vector<SeenSurface>* blended) const;
-    /// Every pixel that the draw may touch.
-    std::optional<PixelRect> pixels_of(const SeenSurface& seen) const;
+    /// False only if the box certainly touches no pixel.
+    bool may_see(const glm::dmat4& optical_from_local, const world::Box& bounds) const;
+    /// Every pixel that the box, or the draw, may touch.
+    std::optional<PixelRect> pixels_of(const glm::dmat4& optical_from_local, const world::Box& bounds) const;
+    std::optional<PixelRect> pixels_of(const SeenSurface& seen) const {
+        return pixels_of(seen.optical_from_local, seen.placed->bounds);
+    }
     bool touches(const SeenSurface& seen, std::span<const PixelRect> rects) const;
 };
 SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m,

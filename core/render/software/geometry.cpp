@@ -26,6 +26,7 @@ void ViewGeometry::begin_view(const scene::SceneView& view, std::shared_ptr<cons
     has_outlines_ = has_outlines;
     has_both_sides_ = false;
     shadows_.assign(shadows.begin(), shadows.end());
+    bodies_ = nullptr;
     baked_ = is_beautiful() ? std::move(baked) : nullptr;
     if (baked_ != nullptr) light_of_map_ = baked_->scale * view.light_gain;
     light_ = scene::ambient_in_view(view.scene->environment(), view.transform);

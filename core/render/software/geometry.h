@@ -78,6 +78,10 @@ public:
     const ViewDraw& add(const scene::SeenSurface& seen, const SoftwarePrimitive& primitive,
                         const glm::vec3* positions_ahead = nullptr);
 
+    /// Who darkens light from all around in this picture of the view; good as long as it is drawn.
+    void set_bodies(const scene::BodiesInView& bodies) { bodies_ = &bodies; }
+    const scene::BodiesInView* bodies() const { return bodies_; }
+
     const ViewTransform& transform() const { return view_.transform; }
     bool wide_lanes() const { return wide_lanes_; }
     bool has_outlines() const { return has_outlines_; }
@@ -130,7 +134,8 @@ private:
     std::vector<ShadowInView> shadows_;
     std::shared_ptr<const BakedPicture> baked_;  ///< of quality beautiful
     glm::vec3 light_of_map_{1.0f};
-    std::vector<SurfaceLights> lights_;  ///< per light set of the scene; made when first drawn with
+    const scene::BodiesInView* bodies_ = nullptr;  ///< null: nobody
+    std::vector<SurfaceLights> lights_;            ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;
     std::vector<ViewDraw> draws_;
     std::vector<ScreenVertex> vertices_;

@@ -136,6 +136,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     if (view.spec->backdrop) {
         work.scene.light_gain = glm::vec3(view.spec->backdrop->plate_gain);
         work.scene.has_contact_shadows = view.spec->backdrop->shadow != world::BackdropShadow::none;
+        work.scene.has_contact_occlusion = false;  // a photo has its light in it
     }
     // A sensor has a curve of its own, and a photo had its.
     work.scene.has_tone_curve = work.scene.quality == world::Quality::beautiful && scene_.environment().daylight &&
@@ -318,6 +319,10 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
 
 void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int bands) {
     add_triangles(work, scratch);
+    if (work.scene.has_contact_occlusion) {
+        scratch.geometry.set_bodies(work.bodies);
+        if (work.is_in_parts && work.layer->shadowed != nullptr) work.layer->shadowed->geometry.set_bodies(work.bodies);
+    }
     if (work.has_areas) scratch.areas.begin(work.view->spec->size, bands);
     name_draws(scratch);
     if (work.layer != nullptr && !work.is_in_parts) layers_.make(work, !scratch.blended_statics.empty());
@@ -329,8 +334,11 @@ void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int ban
 
 void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
     std::atomic<TimeNs> cost_ns = 0;
+    if (bodies_instant_ != instant_) moving_bodies_ = scene_.movers().bodies();
+    bodies_instant_ = instant_;
     for (ViewWork* const work : works) {
         work->shadows.clear();
+        find_bodies(*work);
         if (work->scene.quality != world::Quality::beautiful) continue;
         if (const auto& backdrop = work->view->spec->backdrop;
             backdrop && backdrop->shadow != world::BackdropShadow::mapped)
@@ -347,6 +355,11 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
     const TimeNs share_ns = cost_ns / std::ranges::count_if(works, is_beautiful);
     for (ViewWork* const work : works)
         if (is_beautiful(work)) work->cost_ns += share_ns;
+}
+
+void SoftwareDrawer::find_bodies(ViewWork& work) const {
+    work.bodies.clear();
+    if (work.scene.has_contact_occlusion) work.bodies.see(work.scene, scene_.statics().bodies(), moving_bodies_);
 }
 
 void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {
