@@ -5,6 +5,7 @@
 
 #include <glm/glm.hpp>
 
+#include "core/base/ids.h"
 #include "core/render/pixel_rect.h"
 #include "core/world/model.h"
 #include "core/world/posed_model.h"

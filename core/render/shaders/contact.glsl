@@ -11,9 +11,9 @@ struct Body {
 layout(std430, binding = 0) readonly buffer BodyBlock { Body bodies[]; };
 layout(std430, binding = 1) readonly buffer CapsuleBlock { Capsule capsules[]; };
 
-// Share of the light of an even hemisphere over a surface with normal n that a capsule hides. The more of what two
-// shapes within it hide: of the ball that is nearest (Oat and Sander, Ambient Aperture Lighting, 2007), and of the
-// line, as wide as it is (Heitz and Hill, Real-Time Line- and Disk-Light Shading, SIGGRAPH 2017 courses). Fades away
+// Share of the light of an even hemisphere over a surface with normal n that a capsule hides. The ball that is nearest
+// hides (Oat and Sander, Ambient Aperture Lighting, 2007) or, if that is more, the line, as wide as it is (Heitz and
+// Hill, Real-Time Line- and Disk-Light Shading, SIGGRAPH 2017 courses), and half of the ball for its ends. Fades away
 // towards its reach.
 float hidden_share(Capsule c, vec3 position, vec3 n) {
     float radius = c.from.w, radius2 = radius * radius, reach = radius + CONTACT_REACH;
@@ -31,13 +31,13 @@ float hidden_share(Capsule c, vec3 position, vec3 n) {
     vec3 beside = from - unit * start;
     float d = max(length(beside), radius);
     float height = dot(beside, n), slope = dot(unit, n);
-    float horizon = -height / (slope < 0.0 ? min(slope, -1e-6) : max(slope, 1e-6));
+    float horizon = -height / (slope > 0.0 ? max(slope, 1e-6) : min(slope, -1e-6));
     float first = slope > 0.0 ? min(max(start, horizon), end) : start;
     float last = slope > 0.0 ? end : max(min(end, horizon), start);
     float first2 = d * d + first * first, last2 = d * d + last * last;
     float angle = atan(d * (last - first), d * d + first * last);
     float line = height * (last / last2 - first / first2 + angle / d) / d + slope * (d / first2 - d / last2);
-    return clamp(max(ball, line * radius * 0.31830989), 0.0, 1.0) * (fade * fade);
+    return clamp(max(ball, 0.5 * ball + line * radius * 0.31830989), 0.0, 1.0) * (fade * fade);
 }
 
 // Share of the light from all around that bodies leave to a point of an object.

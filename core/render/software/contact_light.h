@@ -38,10 +38,10 @@ CAMRIG_LANES float reach_of(const scene::CapsuleInView& capsule) {
     return capsule.radius + static_cast<float>(scene::contact_reach_m);
 }
 
-/// Share of the light of an even hemisphere over a surface with normal n that a capsule hides. The more of what two
-/// shapes within it hide: of the ball that is nearest (Oat and Sander, Ambient Aperture Lighting, 2007), and of the
-/// line, as wide as it is (Heitz and Hill, Real-Time Line- and Disk-Light Shading, SIGGRAPH 2017 courses). Fades away
-/// towards its reach.
+/// Share of the light of an even hemisphere over a surface with normal n that a capsule hides. The ball that is
+/// nearest hides (Oat and Sander, Ambient Aperture Lighting, 2007) or, if that is more, the line, as wide as it is
+/// (Heitz and Hill, Real-Time Line- and Disk-Light Shading, SIGGRAPH 2017 courses), and half of the ball for its ends.
+/// Fades away towards its reach.
 CAMRIG_LANES Lanes hidden_share(const scene::CapsuleInView& capsule, const Lanes3& position, const Lanes3& n) {
     const CapsulePlace at = place_at(capsule, position);
     const float radius2 = capsule.radius * capsule.radius, reach = reach_of(capsule);
@@ -57,14 +57,14 @@ CAMRIG_LANES Lanes hidden_share(const scene::CapsuleInView& capsule, const Lanes
     const Lanes3 beside = from - unit * start;
     const Lanes d = max(sqrt(dot(beside, beside)), lanes(capsule.radius));
     const Lanes height = dot(beside, n), slope = dot(unit, n);
-    const Lanes horizon = -height / (slope < 0.0f ? min(slope, lanes(-1e-6f)) : max(slope, lanes(1e-6f)));
+    const Lanes horizon = -height / (slope > 0.0f ? max(slope, lanes(1e-6f)) : min(slope, lanes(-1e-6f)));
     const Lanes first = slope > 0.0f ? min(max(start, horizon), end) : start;
     const Lanes last = slope > 0.0f ? end : max(min(end, horizon), start);
     const Lanes first2 = d * d + first * first, last2 = d * d + last * last;
     const Lanes angle = angle_of(d * (last - first), d * d + first * last);
     const Lanes line = height * (last / last2 - first / first2 + angle / d) / d + slope * (d / first2 - d / last2);
     constexpr float inverse_pi = std::numbers::inv_pi_v<float>;
-    return clamp01(max(ball, line * (capsule.radius * inverse_pi))) * (fade * fade);
+    return clamp01(max(ball, 0.5f * ball + line * (capsule.radius * inverse_pi))) * (fade * fade);
 }
 
 template <typename Isa>
