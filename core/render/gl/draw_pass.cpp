@@ -181,10 +181,12 @@ void DrawPass::draw_as(std::span<const scene::SeenSurface> batch, bool both_side
 
 GLuint DrawPass::color_program(const scene::SeenSurface& seen) {
     GpuSurface& surface = scene_->of(seen);
-    GLuint& program = surface.programs[static_cast<std::size_t>(view_.quality)];
+    const bool has_fog = view_.fog().per_m > 0.0f;
+    GLuint& program = surface.programs[static_cast<std::size_t>(view_.quality) + (has_fog ? 3 : 0)];
     if (program != 0) return program;
     ShaderKey key = surface.key;
     key.quality = view_.quality;
+    key.has_fog = has_fog;
     key.batched = may_be_batched(surface);
     const scene::LightSet& set = view_.scene->light_sets()[seen.placed->light_set];
     for (int i = 0; i < set.directional + set.local; ++i) key.has_shadows |= shadow_slot(view_, set.lights[i]) >= 0.0f;

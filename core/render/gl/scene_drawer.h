@@ -84,7 +84,7 @@ private:
                     const ViewSources& rest, Shadows shadows = Shadows::now);
     /// Of what is about to be drawn, these objects only; all of it when there are none.
     void keep_only(std::span<const ObjectId> objects);
-    void clear(const ColorTarget& target, const world::Environment& environment);
+    void clear(const ColorTarget& target, const glm::vec3& background);
     void clear(const TruthTarget& target);
 
     const GlFunctions& gl_;

@@ -25,6 +25,7 @@ struct ViewBlock {
     glm::vec4 up;
     glm::vec4 sky;
     glm::vec4 ground;
+    glm::vec4 fog;
     glm::vec4 bodies;
     glm::vec4 truth_rows[3];
 };

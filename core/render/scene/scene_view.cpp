@@ -1,5 +1,7 @@
 #include "core/render/scene/scene_view.h"
 
+#include <cmath>
+
 namespace camrig::render::scene {
 
 SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m,
@@ -18,6 +20,22 @@ SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transfo
         view.frustum = view.lens->frustum(transform.near_m, far_m);
     }
     return view;
+}
+
+float exposure_gain_of(const world::CameraSpec& spec) {
+    return static_cast<float>(std::exp2(spec.exposure_ev));
+}
+
+FogInView SceneView::fog() const {
+    const world::Environment& environment = scene->environment();
+    if (!has_fog || !(environment.fog.visibility_m > 0.0)) return {};
+    return {environment.fog.color.value_or(environment.background) * exposure(),
+            static_cast<float>(world::extinction_per_m(environment.fog))};
+}
+
+glm::vec3 SceneView::background() const {
+    const FogInView in = fog();
+    return in.per_m > 0.0f ? in.color : scene->environment().background * exposure();
 }
 
 std::optional<SeenSurface> SceneView::see(const PlacedSurface& surface, bool is_static) const {

@@ -209,6 +209,9 @@ void main() {
 #ifdef GGX
     if (view.ground.w > 0.0) color = pbr_neutral(color);
 #endif
+#ifdef FOG
+    color = mix(view.fog.rgb, color, exp(-view.fog.w * length(in_position)));
+#endif
 
 #ifdef BLEND
     out_pixel = vec4(clamp(color, 0.0, 1.0), base.a);  // linear: the target encodes after blending

@@ -94,6 +94,7 @@ public:
     /// Of all that is kept of the view.
     std::int64_t bytes() const;
     const scene::AmbientInView& light() const { return light_; }
+    const scene::FogInView& fog() const { return fog_; }
     /// Through a lens a triangle is that of its rays, and has no place on the screen; null: no lens.
     const LensRays* rays() const { return rays_.get(); }
     std::span<const RayTriangle> ray_triangles() const { return ray_triangles_; }
@@ -131,6 +132,7 @@ private:
     scene::SceneView view_;
     bool wide_lanes_ = false, has_outlines_ = false, has_both_sides_ = false;
     scene::AmbientInView light_;
+    scene::FogInView fog_;
     std::vector<ShadowInView> shadows_;
     std::shared_ptr<const BakedPicture> baked_;  ///< of quality beautiful
     glm::vec3 light_of_map_{1.0f};

@@ -106,8 +106,11 @@ bool SoftwareDrawer::can_draw(const View& view, frame::FrameKind kind) {
 
 scene::SceneView SoftwareDrawer::scene_view_of(const View& view, world::Quality quality) {
     const world::CameraSpec& spec = *view.spec;
-    return make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                           spec.far_m, quality, options_.max_detail_error_px, lens_of(view)->view);
+    scene::SceneView made =
+        make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
+                        spec.far_m, quality, options_.max_detail_error_px, lens_of(view)->view);
+    made.exposure_gain = scene::exposure_gain_of(spec);
+    return made;
 }
 
 KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
@@ -136,7 +139,8 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     if (view.spec->backdrop) {
         work.scene.light_gain = glm::vec3(view.spec->backdrop->plate_gain);
         work.scene.has_contact_shadows = view.spec->backdrop->shadow != world::BackdropShadow::none;
-        work.scene.has_contact_occlusion = false;  // a photo has its light in it
+        // A photo has its light and its air in it.
+        work.scene.has_contact_occlusion = work.scene.has_fog = false;
     }
     // A sensor has a curve of its own, and a photo had its.
     work.scene.has_tone_curve = work.scene.quality == world::Quality::beautiful && scene_.environment().daylight &&
