@@ -15,7 +15,7 @@ struct GpuSurface {
     const GpuModel* model = nullptr;
     const GpuPrimitive* primitive = nullptr;
     const GpuMaterial* material = nullptr;
-    ShaderKey key;                     ///< all but the quality
+    ShaderKey key;  ///< all but the quality
     /// Per Quality, then the same with fog; 0 until first drawn.
     std::array<GLuint, 6> programs{};
 };
