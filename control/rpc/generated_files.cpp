@@ -70,7 +70,8 @@ std::vector<ObjectDescription> objects_of_methods() {
     return {{"actor", descriptions_of<world::ActorSpec>()},
             {"attachment", descriptions_of<world::Attachment>()},
             {"event", descriptions_of<world::EventSpec>()},
-            {"daylight", descriptions_of<world::DaylightSpec>()}};
+            {"daylight", descriptions_of<world::DaylightSpec>()},
+            {"fog", descriptions_of<world::FogSpec>()}};
 }
 
 std::vector<ObjectDescription> objects_of_scenes() {

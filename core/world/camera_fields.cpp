@@ -242,6 +242,12 @@ std::vector<Entry> make_camera_fields() {
                                        .unit = "m",
                                        .range = {.low = 0}}),
         camera_at<&CameraSpec::quality>({.name = "quality", .null = "the rig's"}),
+        camera_at<&CameraSpec::exposure_ev>(
+            {.name = "exposure_ev",
+             .doc = "stops by which it is exposed more than the scene's `exposure` has it, before anything is cut at "
+                    "white; of cameras without sensor and backdrop",
+             .unit = "EV",
+             .range = {-20, 20}}),
         camera_at<&CameraSpec::controls>({.name = "controls",
                                           .doc = "see controls; what is not given in it stays",
                                           .shape = "Controls",

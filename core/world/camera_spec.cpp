@@ -88,6 +88,14 @@ bool is_soft_or_noisy(const BackdropSpec& backdrop) {
     return backdrop.edge_px > 0.0 || backdrop.noise;
 }
 
+Result<void> check_exposure(const CameraSpec& spec) {
+    if (spec.exposure_ev == 0.0 || (!spec.sensor && !spec.backdrop)) return {};
+    return error(ErrorKind::unsupported, spec.sensor ? "exposure_ev: a camera with a sensor is exposed by "
+                                                       "sensor.exposure_s and sensor.gain_db; set it to 0"
+                                                     : "exposure_ev: the picture of a backdrop is exposed already; set "
+                                                       "it to 0");
+}
+
 /// A plate is true from one place, through one lens.
 Result<void> check_backdrop(const CameraSpec& spec) {
     if (!spec.backdrop) return {};
@@ -181,7 +189,7 @@ Result<CameraSpec> patch_camera_spec(const CameraSpec& base, const CameraPatch& 
     for (const auto& change : patch.others) change(spec);
 
     for (const auto& good : {check_size(spec), check_range(spec), check_sensor(spec), check_pose(spec.pose),
-                             check_outputs(spec.outputs, spec.size), check_backdrop(spec)})
+                             check_outputs(spec.outputs, spec.size), check_backdrop(spec), check_exposure(spec)})
         if (!good) return std::unexpected(good.error());
     auto intrinsics = derive_intrinsics(spec.size, spec.optics);
     if (!intrinsics) return std::unexpected(intrinsics.error());

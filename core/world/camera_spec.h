@@ -71,6 +71,7 @@ struct CameraSpec {
     double near_m = 0.05;
     double far_m = 0.0;              ///< 0: infinite
     std::optional<Quality> quality;  ///< nullopt: the rig's
+    double exposure_ev = 0.0;        ///< stops more light than the scene's exposure gives; without sensor and backdrop
     ImageControls controls;
     bool code_strip = false;
     bool clock_text = false;

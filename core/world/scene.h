@@ -52,6 +52,7 @@ struct SceneModel {
     ModelRef model;
     /// Turns the model so that its front faces +x (heading 0) when an actor moves it.
     glm::dquat heading_from_model{1.0, 0.0, 0.0, 0.0};
+    bool is_photometric = false;  ///< its file's light was in the units of glTF (in_scene_units)
 };
 
 /// A scene file (or a bare glTF) with all its assets loaded; immutable.

@@ -8,6 +8,7 @@
 #include "core/world/camera_json.h"
 #include "core/world/daylit.h"
 #include "core/world/model_lights.h"
+#include "core/world/photometric.h"
 #include "core/world/read/actor_json.h"
 #include "core/world/read/check_names.h"
 #include "core/world/read/check_walkable.h"
@@ -48,6 +49,8 @@ private:
     void check_references();
     void check_daylight();
     void light_by_day();
+    void check_units();
+    void use_units();
     bool spoil(const std::string& path, const std::string& name, const Error& why);
     template <typename Value, typename Read>
     void read_map(std::string_view key, std::size_t limit, std::map<std::string, Value>& out, Read&& read);
@@ -60,6 +63,7 @@ private:
     std::filesystem::path folder_;
     const ModelSource& source_;
     Scene scene_;
+    std::vector<const char*> lights_in_units_;  ///< by light: the key of its unit; null: it has an intensity
 };
 
 /// Remembers why a part was not read, and what it is called. Whether to read on: with an ErrorList.
@@ -197,8 +201,12 @@ void SceneReader::read_parts() {
         check_model_name(reader);
         return read_all<ObjectSpec>(reader);
     });
-    read_list("lights", max_scene_lights, scene_.lights, nullptr,
-              [](JsonReader& reader) { return read_whole_kind(light_kinds(), reader, "type"); });
+    read_list("lights", max_scene_lights, scene_.lights, nullptr, [this](JsonReader& reader) {
+        const char* const unit = reader.has("candela") ? "candela" : reader.has("lux") ? "lux" : nullptr;
+        auto light = read_whole_kind(light_kinds(), reader, "type");
+        if (light) lights_in_units_.push_back(unit);
+        return light;
+    });
     read_list("actors", max_scene_actors, scene_.actors, &things, [this](JsonReader& reader) {
         check_model_name(reader);
         return read_actor(reader);
@@ -206,6 +214,27 @@ void SceneReader::read_parts() {
     read_list("cameras", max_scene_cameras, scene_.cameras, &cameras,
               [this](JsonReader& reader) { return read_camera(reader); });
     read_list("events", max_scene_events, scene_.events, &events, read_event);
+}
+
+/// What is in candela, lux and candela per square metre needs to know how many lux are white.
+void SceneReader::check_units() {
+    if (unit_lux(scene_.environment)) return;
+    const std::string why = "needs environment.lux, the lux that make white white, or environment.daylight";
+    for (std::size_t i = 0; i < scene_.lights.size(); ++i)
+        if (!lights_in_units_.empty() && lights_in_units_[i] != nullptr)
+            reader_.fail(item_path("lights", i) + "." + lights_in_units_[i], why);
+    for (const auto& [name, entry] : scene_.models)
+        if (entry.is_photometric) reader_.fail("models." + name + ".photometric", why);
+}
+
+void SceneReader::use_units() {
+    const std::optional<double> lux = unit_lux(scene_.environment);
+    if (!lux) return;
+    for (std::size_t i = 0; i < scene_.lights.size(); ++i)
+        if (lights_in_units_[i] != nullptr)
+            scene_.lights[i].intensity = static_cast<float>(scene_.lights[i].intensity / *lux);
+    for (auto& [name, entry] : scene_.models)
+        if (entry.is_photometric) entry.model = in_scene_units(*entry.model, *lux);
 }
 
 void SceneReader::check_daylight() {
@@ -220,7 +249,9 @@ Result<Scene> SceneReader::read() {
     read_parts();
     check_references();
     check_daylight();
+    check_units();
     if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
+    use_units();
     for (const ObjectSpec& object : scene_.objects)
         append_model_lights(*scene_.models.at(object.model).model, object, scene_.lights);
     if (scene_.lights.size() > max_scene_lights)

@@ -27,6 +27,13 @@ glm::vec3 to_gltf(const glm::dvec3& p) {
 struct Mesher {
     Primitive primitive;
 
+    void reserve(std::size_t corners) {
+        primitive.positions.reserve(corners);
+        primitive.normals.reserve(corners);
+        primitive.texcoords[0].reserve(corners);
+        primitive.colors.reserve(corners);
+        primitive.indices.reserve(6 * corners);
+    }
     void corner(const glm::dvec3& position, const glm::dvec3& normal, const glm::dvec2& uv) {
         primitive.positions.push_back(to_gltf(position));
         primitive.normals.push_back(to_gltf(normal));
@@ -143,15 +150,21 @@ ModelRef sky_model(double radius_m, int fineness, const std::function<glm::vec3(
     using std::numbers::pi;
     Mesher mesher;
     const int rows = sky_rows * fineness, columns = sky_columns * fineness;
+    // A change of daylight makes all of this anew between two steps of the world: no sine twice, no vector grown.
+    std::vector<glm::dvec2> around;
+    for (int column = 0; column <= columns; ++column) {
+        // To the right for who looks at it from within.
+        const double pan = -2.0 * pi * column / columns;
+        around.emplace_back(portable::cos(pan), portable::sin(pan));
+    }
+    mesher.reserve(around.size() * static_cast<std::size_t>(2 * rows + 1));
     for (int row = -rows; row <= rows; ++row) {
         // Finer near the horizon, where the colour changes fastest.
         const double part = static_cast<double>(row) / rows;
         const double elevation = 0.5 * pi * part * std::abs(part);
-        for (int column = 0; column <= columns; ++column) {
-            // To the right for who looks at it from within.
-            const double pan = -2.0 * pi * column / columns;
-            const glm::dvec3 out(portable::cos(elevation) * portable::cos(pan),
-                                 portable::cos(elevation) * portable::sin(pan), portable::sin(elevation));
+        const double level = portable::cos(elevation), up = portable::sin(elevation);
+        for (const glm::dvec2& pan : around) {
+            const glm::dvec3 out(level * pan.x, level * pan.y, up);
             mesher.corner(radius_m * out, -out, glm::dvec2(0.0));
             mesher.primitive.colors.emplace_back(color(out), 1.0f);
         }

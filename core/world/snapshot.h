@@ -11,6 +11,7 @@
 #include "core/base/time.h"
 #include "core/world/baked/baked_light.h"
 #include "core/world/daylight_spec.h"
+#include "core/world/fog_spec.h"
 #include "core/world/look.h"
 #include "core/world/model.h"
 #include "core/world/posed_model.h"
@@ -71,6 +72,7 @@ struct Environment {
     std::optional<double> lux{};
     /// What of this comes from sun and sky (apply_daylight); nullopt: nothing.
     std::optional<DaylightSpec> daylight{};
+    FogSpec fog{};
     friend bool operator==(const Environment&, const Environment&) = default;
 };
 

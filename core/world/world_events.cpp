@@ -116,6 +116,7 @@ struct ActionRun {
         if (action.ground) environment.ambient_ground = *action.ground;
         if (action.exposure) environment.exposure = static_cast<float>(*action.exposure);
         if (action.glow) environment.glow = static_cast<float>(*action.glow);
+        if (action.fog) environment.fog = *action.fog;
         if (action.daylight) {
             environment.daylight = *action.daylight;
             apply_daylight(environment, statics.lights);

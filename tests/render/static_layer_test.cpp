@@ -4,6 +4,7 @@
 #include "core/render/gl/static_layers.h"
 #include "core/render/software/software_drawer.h"
 #include "tests/render/support/claims.h"
+#include "tests/render/support/test_body.h"
 #include "tests/render/support/test_rig.h"
 
 // A kept picture of what does not move must never show: with it and without it, the same bytes.
@@ -13,8 +14,9 @@ namespace {
 constexpr std::uint32_t standing = 1;
 constexpr std::uint32_t fresh = 2;  ///< seen for the first time with every view: drawn in full
 
-/// A room of boxes on a floor, one of them glass, and something that moves among them and through them. At quality
-/// `beautiful` the sun and a lamp cast shadows of all of it.
+/// A room of boxes on a floor, one of them glass, somebody who stands there, and something and somebody that move among
+/// them and through them. At quality `beautiful` the sun and a lamp cast shadows of all of it, and bodies darken what
+/// is beside them.
 TestWorld room() {
     TestWorld world;
     world.lights = {
@@ -34,6 +36,8 @@ TestWorld room() {
     world.objects.push_back(instance_of(model_of(box({0.1f, 1.2f, 0.8f}), glass), {4.0, 0.6, 0.0}, id++));
     world.movers.push_back(instance_of(model_of(box({0.3f, 0.3f, 0.5f}), colored({0.9f, 0.2f, 0.1f})), {}, id++));
     world.movers.push_back(instance_of(model_of(box({0.2f, 0.2f, 0.9f}), glass), {}, id++));
+    world.objects.push_back(instance_of(leg_and_cube(), {4.4, -0.9, -1.0}, id++));
+    world.movers.push_back(instance_of(leg_and_cube(), {}, id++));
     return world;
 }
 
@@ -45,6 +49,7 @@ public:
         auto snapshot = std::make_shared<world::Snapshot>(*first_);
         snapshot->movers[0].position = {4.6, -2.0 + where, 0.1};
         snapshot->movers[1].position = {5.4, 1.5 - where, 0.0};
+        snapshot->movers[2].position = {4.3, 1.3 - 0.8 * where, -1.0};
         return snapshot;
     }
 

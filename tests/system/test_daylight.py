@@ -51,6 +51,37 @@ def test_the_command_line_acts_too(rig):
     assert "do[0].light: no light 'lamp_9'" in wrong.stderr
 
 
+def test_fog_comes_and_goes_and_depth_knows_nothing_of_it(rig):
+    cam = rig.create_camera("c", **CORNER)
+    mean(cam, rig)
+    clear, depth = cam.frame().image.astype(float), cam.depth()
+    rig.act({"action": "environment", "fog": {"visibility_m": 40, "color": [0.5, 0.5, 0.5]}})
+    rig.step(seconds=0.04)
+    foggy = cam.frame().image.astype(float)
+    far = np.isfinite(depth) & (depth > 80)
+    assert far.sum() > 500
+    assert np.abs(foggy[far] - 188).max() <= 3  # linear 0.5
+    assert foggy.std() < clear.std()
+    with pytest.raises(camrig.CamrigError, match="fog.visibility_m"):
+        rig.act({"action": "environment", "fog": {"visibility_m": -1}})
+    rig.act({"action": "environment", "fog": {"visibility_m": 0}})
+    rig.step(seconds=0.04)
+    moved = np.abs(cam.frame().image.astype(float) - clear).max(axis=2) > 8
+    assert moved.mean() < 0.1  # people and cars alone
+
+
+def test_a_camera_is_exposed_beside_the_scene(rig):
+    cams = [rig.create_camera(f"c{ev}", exposure_ev=ev, **{**CORNER, "quality": "simple"}) for ev in (0, 1)]
+    rig.step(seconds=0.04)
+    once, twice = (cam.frame().image for cam in cams)
+    rig.act({"action": "environment", "exposure": 2 * json.load(open("scenes/street-evening.json"))["environment"]["exposure"]})
+    rig.step(seconds=0.04)
+    assert twice.astype(float).mean() > 1.15 * once.mean()
+    # The same instant's light, but for what moved.
+    again = cams[0].frame().image.astype(float)
+    assert np.median(np.abs(again - twice)) == 0
+
+
 def test_light_comes_back_out_of_a_beautiful_picture(tmp_path):
     # A floor of 0.5 under clouds, so in no sun, where white is what they give.
     file = tmp_path / "floor.json"

@@ -480,6 +480,7 @@ struct CameraOptions {
     std::optional<double> near = {};  ///< m; over 0 and at most 1e6: nearest distance drawn
     std::optional<double> far = {};  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
     std::optional<std::string> quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
+    std::optional<double> exposure_ev = {};  ///< EV; -20 to 20: stops by which it is exposed more than the scene's `exposure` has it, before anything is cut at white; of cameras without sensor and backdrop
     std::optional<Controls> controls = {};  ///< see controls; what is not given in it stays
     std::optional<bool> code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
     std::optional<bool> clock_text = {};  ///< burns days, hours, minutes and seconds of world time as its clock has it into the lower left corner of the picture; needs 128x32 pixels
@@ -512,6 +513,7 @@ struct CameraOptions {
         visit("near", self.near);
         visit("far", self.far);
         visit("quality", self.quality);
+        visit("exposure_ev", self.exposure_ev);
         visit("controls", self.controls);
         visit("code_strip", self.code_strip);
         visit("clock_text", self.clock_text);
@@ -541,6 +543,7 @@ struct CameraState {
     double near = 0.05;  ///< m; over 0 and at most 1e6: nearest distance drawn
     double far = 0;  ///< m; at least 0: farthest distance drawn, over near; 0: no limit
     std::string quality = {};  ///< `fast`, `simple` or `beautiful`; null: the rig's, here empty
+    double exposure_ev = 0;  ///< EV; -20 to 20: stops by which it is exposed more than the scene's `exposure` has it, before anything is cut at white; of cameras without sensor and backdrop
     Controls controls = {};  ///< see controls; what is not given in it stays
     bool code_strip = {};  ///< draws camera number, sequence and world time into the picture; needs 128x32 pixels
     bool clock_text = {};  ///< burns days, hours, minutes and seconds of world time as its clock has it into the lower left corner of the picture; needs 128x32 pixels
@@ -581,6 +584,7 @@ struct CameraState {
         visit("near", self.near);
         visit("far", self.far);
         visit("quality", self.quality);
+        visit("exposure_ev", self.exposure_ev);
         visit("controls", self.controls);
         visit("code_strip", self.code_strip);
         visit("clock_text", self.clock_text);
@@ -604,6 +608,7 @@ struct WorldStatus {
     std::string mode = {};  ///< `realtime` or `lockstep`
     std::string overload = {};  ///< `drop` or `slow`
     std::string quality = {};  ///< `fast`, `simple` or `beautiful`: the rig's own
+    double exposure_ev = 0;  ///< EV; -20 to 20: stops by which it is exposed more than the scene's `exposure` has it, before anything is cut at white; of cameras without sensor and backdrop
     bool paused = {};  ///< world time stands still (realtime)
     std::int64_t world_ns = 0;  ///< ns; world time
     std::int64_t step_ns = 0;  ///< ns; the world's own step

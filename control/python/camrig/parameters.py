@@ -441,6 +441,8 @@ class CameraOptions(TypedDict, total=False):
     """m; at least 0: farthest distance drawn, over near; 0: no limit; default 0"""
     quality: Union[Literal["fast", "simple", "beautiful"], None]
     """`fast`, `simple` or `beautiful`; null: the rig's; default null"""
+    exposure_ev: float
+    """EV; -20 to 20: stops by which it is exposed more than the scene's `exposure` has it, before anything is cut at white; of cameras without sensor and backdrop; default 0"""
     controls: Controls
     """see controls; what is not given in it stays"""
     code_strip: bool
@@ -494,6 +496,8 @@ class CameraState(TypedDict):
     """m; at least 0: farthest distance drawn, over near; 0: no limit"""
     quality: Union[Literal["fast", "simple", "beautiful"], None]
     """`fast`, `simple` or `beautiful`; null: the rig's"""
+    exposure_ev: float
+    """EV; -20 to 20: stops by which it is exposed more than the scene's `exposure` has it, before anything is cut at white; of cameras without sensor and backdrop"""
     controls: Controls
     """see controls; what is not given in it stays"""
     code_strip: bool
@@ -551,7 +555,7 @@ RemoveAction = TypedDict("RemoveAction", {"action": Literal["remove"], "actor": 
 PickUpAction = TypedDict("PickUpAction", {"action": Literal["pick_up"], "object": str, "actor": str, "node": str, "position": Vector, "yaw_deg": float, "orientation": Vector}, total=False)
 PutDownAction = TypedDict("PutDownAction", {"action": Literal["put_down"], "object": str, "position": Vector}, total=False)
 LightAction = TypedDict("LightAction", {"action": Literal["light"], "light": str, "intensity": float, "color": Vector, "flicker_hz": float, "seconds": float}, total=False)
-EnvironmentAction = TypedDict("EnvironmentAction", {"action": Literal["environment"], "background": Vector, "sky": Vector, "ground": Vector, "exposure": float, "glow": float, "daylight": Mapping[str, Any]}, total=False)
+EnvironmentAction = TypedDict("EnvironmentAction", {"action": Literal["environment"], "background": Vector, "sky": Vector, "ground": Vector, "exposure": float, "glow": float, "daylight": Mapping[str, Any], "fog": Mapping[str, Any]}, total=False)
 CameraAction = TypedDict("CameraAction", {"action": Literal["camera"], "camera": str, "pose": Mapping[str, Any], "vfov_deg": float, "clock": Mapping[str, Any], "seconds": float}, total=False)
 FaultAction = TypedDict("FaultAction", {"action": Literal["fault"], "camera": str, "kind": Literal["knock", "sag", "vibration", "defocus", "dirt", "drops", "condensation", "covered", "exposure", "white_balance", "chroma_lost", "noise", "banding", "dead_pixels", "dead_rows", "mirrored", "upside_down", "tearing", "black", "freeze", "duplicate", "reduced_rate", "drop", "late", "corrupt_jpeg", "other_size", "stall", "disconnect", "refuse", "restart", "bandwidth", "cut_part", "packet_loss", "packet_reorder", "packet_delay", "new_ssrc", "bad_part", "corrupt_video", "buffer_error", "wrong_size", "device_error", "unplug"], "params": Mapping[str, Any], "severity": float, "seed": int, "seconds": float}, total=False)
 ClearFaultAction = TypedDict("ClearFaultAction", {"action": Literal["clear_fault"], "camera": str, "kind": Literal["knock", "sag", "vibration", "defocus", "dirt", "drops", "condensation", "covered", "exposure", "white_balance", "chroma_lost", "noise", "banding", "dead_pixels", "dead_rows", "mirrored", "upside_down", "tearing", "black", "freeze", "duplicate", "reduced_rate", "drop", "late", "corrupt_jpeg", "other_size", "stall", "disconnect", "refuse", "restart", "bandwidth", "cut_part", "packet_loss", "packet_reorder", "packet_delay", "new_ssrc", "bad_part", "corrupt_video", "buffer_error", "wrong_size", "device_error", "unplug"]}, total=False)
@@ -644,6 +648,7 @@ CAMERA_OPTIONS: dict[str, tuple[str, str]] = {
     "near": ("number", ""),
     "far": ("number", ""),
     "quality": ("string or null", ""),
+    "exposure_ev": ("number", ""),
     "controls": ("object", ""),
     "code_strip": ("boolean", ""),
     "clock_text": ("boolean", ""),

@@ -34,6 +34,9 @@ void DrawPass::begin_view(const PassView& view, GpuScene& scene) {
     if (!beautiful_) beautiful_.emplace(gl_);
     beautiful_->bind(view.shadow_maps);
     if (!view.shadows.empty()) bind_block(shadow_binding, shadow_block(view));
+    if (view.bodies == nullptr) return;
+    bind_storage(body_binding, view.bodies->bodies);
+    bind_storage(capsule_binding, view.bodies->capsules);
 }
 
 template <typename Block>
@@ -41,6 +44,15 @@ void DrawPass::bind_block(GLuint binding, const Block& block) {
     const auto piece = scene_->stream().allocate(sizeof block);
     std::memcpy(piece.data, &block, sizeof block);
     gl_.BindBufferRange(GL_UNIFORM_BUFFER, binding, piece.buffer, piece.offset, sizeof block);
+}
+
+template <typename Entry>
+void DrawPass::bind_storage(GLuint binding, const std::vector<Entry>& entries) {
+    if (entries.empty()) return;
+    const std::size_t bytes = entries.size() * sizeof(Entry);
+    const auto piece = scene_->stream().allocate(bytes);
+    std::memcpy(piece.data, entries.data(), bytes);
+    gl_.BindBufferRange(GL_SHADER_STORAGE_BUFFER, binding, piece.buffer, piece.offset, static_cast<GLsizeiptr>(bytes));
 }
 
 void DrawPass::use_program(GLuint program) {
@@ -169,10 +181,12 @@ void DrawPass::draw_as(std::span<const scene::SeenSurface> batch, bool both_side
 
 GLuint DrawPass::color_program(const scene::SeenSurface& seen) {
     GpuSurface& surface = scene_->of(seen);
-    GLuint& program = surface.programs[static_cast<std::size_t>(view_.quality)];
+    const bool has_fog = view_.fog().per_m > 0.0f;
+    GLuint& program = surface.programs[static_cast<std::size_t>(view_.quality) + (has_fog ? 3 : 0)];
     if (program != 0) return program;
     ShaderKey key = surface.key;
     key.quality = view_.quality;
+    key.has_fog = has_fog;
     key.batched = may_be_batched(surface);
     const scene::LightSet& set = view_.scene->light_sets()[seen.placed->light_set];
     for (int i = 0; i < set.directional + set.local; ++i)

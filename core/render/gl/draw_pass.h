@@ -52,6 +52,8 @@ public:
 private:
     template <typename Block>
     void bind_block(GLuint binding, const Block& block);
+    template <typename Entry>
+    void bind_storage(GLuint binding, const std::vector<Entry>& entries);
     void use_program(GLuint program);
     void use_material(const GpuSurface& surface);
     void use_lights(int light_set);

@@ -15,8 +15,9 @@ struct GpuSurface {
     const GpuModel* model = nullptr;
     const GpuPrimitive* primitive = nullptr;
     const GpuMaterial* material = nullptr;
-    ShaderKey key;                     ///< all but the quality
-    std::array<GLuint, 3> programs{};  ///< per Quality; 0 until first drawn
+    ShaderKey key;  ///< all but the quality
+    /// Per Quality, then the same with fog; 0 until first drawn.
+    std::array<GLuint, 6> programs{};
 };
 
 /// Deformed vertices on the device.

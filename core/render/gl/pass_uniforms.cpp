@@ -24,13 +24,16 @@ void put(std::byte*& to, const T& value) {
 
 ViewBlock view_block(const PassView& view) {
     const ViewTransform& t = view.transform;
-    const scene::AmbientInView ambient = scene::ambient_in_view(view.scene->environment(), t);
+    const scene::AmbientInView ambient = scene::ambient_in_view(view.scene->environment(), view.exposure(), t);
+    const scene::FogInView fog = view.fog();
     ViewBlock block{};
     block.projection = glm::vec4(glm::dvec4(t.x_scale, t.x_shift, t.y_scale, t.y_shift));
     block.depth = glm::vec4(glm::dvec4(t.depth_scale, t.depth_shift, 0.0, 0.0));
     block.up = glm::vec4(ambient.up, 0.0f);
     block.sky = glm::vec4(ambient.sky, ambient.exposure);
     block.ground = glm::vec4(ambient.ground, view.scene->environment().daylight ? 1.0f : 0.0f);
+    block.fog = glm::vec4(fog.color, fog.per_m);
+    block.bodies.x = static_cast<float>(view.bodies == nullptr ? 0 : view.bodies->bodies.size());
     for (int i = 0; i < 3; ++i) block.truth_rows[i] = row(t.truth_from_optical, i);
     return block;
 }
@@ -90,7 +93,7 @@ std::size_t light_bytes(const PassView& view, const scene::LightSet& set) {
 void write_lights(const PassView& view, const scene::LightSet& set, std::byte* to) {
     const auto in_view = [&](int i) {
         const world::Light& light = view.scene->lights()[set.lights[static_cast<std::size_t>(i)]];
-        return scene::light_in_view(light, view.transform, view.scene->environment().exposure);
+        return scene::light_in_view(light, view.transform, view.exposure());
     };
     const int directional = rounded_directional(set.directional);
     const int local = rounded_local(set.local);

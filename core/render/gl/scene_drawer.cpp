@@ -16,6 +16,13 @@ PixelRect scaled(const PixelRect& rect, int factor) {
     return {rect.x0 * factor, rect.y0 * factor, rect.x1 * factor, rect.y1 * factor};
 }
 
+glm::vec3 background_of(const View& view, const scene::PlacedScene& scene) {
+    scene::SceneView seen;
+    seen.scene = &scene;
+    seen.exposure_gain = scene::exposure_gain_of(*view.spec);
+    return seen.background();
+}
+
 /// Mesa 22.3 llvmpipe copies parts of multisampled pictures wrongly (StaticLayer tests fail); whole ones it can.
 bool may_draw_parts(const ViewPlan& plan) {
     return plan.tiles.size() == 1 && plan.multisampling == 1;
@@ -38,8 +45,7 @@ void SceneDrawer::prepare(std::span<const View> views, GpuScene& scene) {
     shadows_.update(scene, pass_, max_detail_error_px_ > 0.0);
 }
 
-void SceneDrawer::clear(const ColorTarget& target, const world::Environment& environment) {
-    const glm::vec3 background = environment.background * environment.exposure;
+void SceneDrawer::clear(const ColorTarget& target, const glm::vec3& background) {
     const float color[4] = {code_of(background.r), code_of(background.g), code_of(background.b), 1.0f};
     const float farthest = 0.0f;
     gl_.ClearNamedFramebufferfv(target.framebuffer.name(), GL_COLOR, 0, color);
@@ -66,7 +72,7 @@ void SceneDrawer::restore(const View& view, const ViewPlan& plan, GpuScene& scen
             view.camera, {view.spec_revision, view.pose, view.quality, scene.placed().statics_number()});
     if (changes.layer == nullptr || !plan.wants_color) return;
     if (view.quality == world::Quality::beautiful) {
-        changes.shadowed = shadow_rects(view, plan);
+        changes.shadowed = shadow_rects(view, plan, scene);
         std::int64_t area = 0, whole = 0;
         for (const auto& tile : changes.shadowed) {
             for (const PixelRect& rect : tile) area += rect.area();
@@ -118,7 +124,7 @@ void SceneDrawer::draw(const View& view, const ViewPlan& plan, GpuScene& scene, 
             draw_shadowed(view, plan, scene, *sources.color, changes.shadowed);
             statics.color = nullptr;
         } else {
-            clear(*sources.color, scene.placed().environment());
+            clear(*sources.color, background_of(view, scene.placed()));
         }
     }
     if (sources.truth != nullptr) {
@@ -147,11 +153,17 @@ ViewTransform SceneDrawer::transform_of(const View& view, const ViewPlan& plan, 
                                plan.spec->far_m);
 }
 
-std::vector<std::vector<PixelRect>> SceneDrawer::shadow_rects(const View& view, const ViewPlan& plan) const {
+std::vector<std::vector<PixelRect>> SceneDrawer::shadow_rects(const View& view, const ViewPlan& plan,
+                                                              const GpuScene& scene) {
     constexpr std::size_t max_rects_per_tile = 8;
     std::vector<std::vector<PixelRect>> rects;
     for (const SourceTile& tile : plan.tiles) {
-        rects.push_back(disjoint_cover(shadows_.changed_pixels(transform_of(view, plan, tile)), max_rects_per_tile));
+        const ViewTransform transform = transform_of(view, plan, tile);
+        std::vector<PixelRect> changed = shadows_.changed_pixels(transform);
+        bodies_.see(make_scene_view(scene.placed(), transform, plan.spec->far_m, view.quality, 0.0), {},
+                    scene.placed().movers().bodies());
+        changed.insert(changed.end(), bodies_.moving_rects.begin(), bodies_.moving_rects.end());
+        rects.push_back(disjoint_cover(std::move(changed), max_rects_per_tile));
     }
     return rects;
 }
@@ -163,9 +175,15 @@ void SceneDrawer::begin_tile(const View& view, const ViewPlan& plan, const Sourc
                                   max_detail_error_px_),
                   {},
                   0};
+    pass.exposure_gain = scene::exposure_gain_of(*plan.spec);
     if (is_shadowed) {
         pass.shadows = shadows_.views();
         pass.shadow_maps = shadows == Shadows::still ? shadows_.still() : shadows_.now();
+    }
+    if (pass.has_contact_occlusion) {
+        bodies_.see(pass, scene.placed().statics().bodies(),
+                    shadows == Shadows::still ? scene::PlacedBodies{} : scene.placed().movers().bodies());
+        pass.bodies = &bodies_;
     }
     pass_.begin_view(pass, scene);
     static_opaque_.clear();
@@ -210,7 +228,7 @@ void SceneDrawer::draw_changes(const View& view, const ViewPlan& plan, GpuScene&
         gl_.Enable(GL_SCISSOR_TEST);
         for (const PixelRect& rect : changes.rects) {
             use_scissor(tile, rect, plan.supersampling);
-            clear(color, scene.placed().environment());
+            clear(color, pass_.view().background());
             draw_touching(changes.shadowed_statics, rect);
         }
         gl_.Disable(GL_SCISSOR_TEST);
@@ -257,7 +275,7 @@ void SceneDrawer::draw_shadowed(const View& view, const ViewPlan& plan, GpuScene
         gl_.Enable(GL_SCISSOR_TEST);
         for (const PixelRect& rect : rects[i]) {
             use_scissor(tile, rect, plan.supersampling);
-            clear(color, scene.placed().environment());
+            clear(color, pass_.view().background());
             draw_touching(static_opaque_, rect);
         }
         gl_.Disable(GL_SCISSOR_TEST);

@@ -72,8 +72,8 @@ private:
     enum class Shadows : std::uint8_t { still, now };
     void begin_tile(const View& view, const ViewPlan& plan, const SourceTile& tile, GpuScene& scene, Shadows shadows);
     ViewTransform transform_of(const View& view, const ViewPlan& plan, const SourceTile& tile) const;
-    /// Per tile the rectangles in which movers cast shadows on what stands still.
-    std::vector<std::vector<PixelRect>> shadow_rects(const View& view, const ViewPlan& plan) const;
+    /// Per tile the rectangles in which movers darken what stands still, by their shadows or by being near.
+    std::vector<std::vector<PixelRect>> shadow_rects(const View& view, const ViewPlan& plan, const GpuScene& scene);
     /// Static opaque geometry again, in those rectangles.
     void draw_shadowed(const View& view, const ViewPlan& plan, GpuScene& scene, const ColorTarget& color,
                        std::span<const std::vector<PixelRect>> rects);
@@ -84,7 +84,7 @@ private:
                     const ViewSources& rest, Shadows shadows = Shadows::now);
     /// Of what is about to be drawn, these objects only; all of it when there are none.
     void keep_only(std::span<const ObjectId> objects);
-    void clear(const ColorTarget& target, const world::Environment& environment);
+    void clear(const ColorTarget& target, const glm::vec3& background);
     void clear(const TruthTarget& target);
 
     const GlFunctions& gl_;
@@ -100,6 +100,7 @@ private:
     std::vector<scene::SeenSurface> blended_;
     std::vector<scene::SeenSurface> touching_;
     std::vector<PixelRect> samples_;
+    scene::BodiesInView bodies_;  ///< of the tile
 };
 
 }  // namespace camrig::render::gl

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/render/scene/body_capsules.h"
 #include "core/render/surface_tables.h"
 
 namespace camrig::render::gl {
@@ -73,8 +74,10 @@ std::string defines_of(const ShaderKey& key) {
     if (key.alpha_mode == world::AlphaMode::blend) define("BLEND");
     if (key.lit && !per_pixel) define("VERTEX_LIGHT");
     if (per_pixel) define("PIXEL_NORMAL");
-    if (per_pixel && (beautiful || key.local_lights > 0)) define("PIXEL_POSITION");
+    if (key.has_fog || (per_pixel && (beautiful || key.local_lights > 0))) define("PIXEL_POSITION");
+    if (key.has_fog) define("FOG");
     if (per_pixel && beautiful) define("GGX");
+    if (per_pixel && beautiful) define("CONTACT_REACH " + std::to_string(scene::contact_reach_m));
     if (per_pixel && beautiful) define("TABLE_SIDE " + std::to_string(table_side) + ".0");
     if (key.has_shadows) define("SHADOWS");
     if (key.has_shadows) define("MAX_SHADOWS " + std::to_string(max_shadow_maps));

@@ -29,7 +29,8 @@ struct ShaderKey {
     std::uint8_t directional_lights = 0;
     std::uint8_t local_lights = 0;
     bool has_shadows = false;  ///< one of the lights has a shadow map
-    bool batched = false;      ///< several draws at once (DrawPass)
+    bool has_fog = false;
+    bool batched = false;  ///< several draws at once (DrawPass)
     friend auto operator<=>(const ShaderKey&, const ShaderKey&) = default;
 };
 

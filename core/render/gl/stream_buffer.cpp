@@ -11,9 +11,11 @@ constexpr std::size_t first_chunk_bytes = std::size_t{1} << 20;
 }  // namespace
 
 StreamBuffer::StreamBuffer(const GlFunctions& gl) : gl_(gl) {
-    GLint alignment = 256;
-    gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &alignment);
-    alignment_ = static_cast<std::size_t>(std::max(alignment, 16));
+    GLint uniform = 256, storage = 256;
+    gl.GetIntegerv(GL_UNIFORM_BUFFER_OFFSET_ALIGNMENT, &uniform);
+    gl.GetIntegerv(GL_SHADER_STORAGE_BUFFER_OFFSET_ALIGNMENT, &storage);
+    // Powers of two.
+    alignment_ = static_cast<std::size_t>(std::max({uniform, storage, 16}));
 }
 
 void StreamBuffer::add_chunk(std::size_t size) {

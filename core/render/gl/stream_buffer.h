@@ -7,7 +7,7 @@
 
 namespace camrig::render::gl {
 
-/// Memory for one instant that the CPU writes once and the device reads: uniform blocks and skinned vertices. Mapped
+/// Memory for one instant that the CPU writes once and the device reads: blocks of shaders and skinned vertices. Mapped
 /// for good, so writing is a plain store: no driver call, no check whether the device is still busy. The owner calls
 /// reset() only when the device is done with everything given out before.
 class StreamBuffer {
@@ -19,8 +19,9 @@ public:
         GLintptr offset = 0;
         std::byte* data = nullptr;
     };
-    /// Aligned for uniform blocks. From its beginning on at least `readable` bytes may be bound; behind the piece they
-    /// are anybody's. Throws std::bad_alloc when the device has no memory left (GlRenderer::draw catches it).
+    /// Aligned for uniform and storage blocks. From its beginning on at least `readable` bytes may be bound; behind the
+    /// piece they are anybody's. Throws std::bad_alloc when the device has no memory left (GlRenderer::draw catches
+    /// it).
     Piece allocate(std::size_t bytes, std::size_t readable = 0);
     void reset();
     /// Bytes since the last reset().

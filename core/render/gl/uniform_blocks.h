@@ -16,6 +16,8 @@ inline constexpr unsigned draw_binding = 1;
 inline constexpr unsigned material_binding = 2;
 inline constexpr unsigned light_binding = 3;
 inline constexpr unsigned shadow_binding = 4;
+/// Of storage blocks.
+inline constexpr unsigned body_binding = 0, capsule_binding = 1;
 
 struct ViewBlock {
     glm::vec4 projection;
@@ -23,6 +25,8 @@ struct ViewBlock {
     glm::vec4 up;
     glm::vec4 sky;
     glm::vec4 ground;
+    glm::vec4 fog;
+    glm::vec4 bodies;
     glm::vec4 truth_rows[3];
 };
 

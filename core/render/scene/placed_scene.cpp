@@ -38,6 +38,7 @@ int LightTable::add(const LightSet& set) {
 void PlacedSurfaces::clear() {
     surfaces_.clear();
     blended_.clear();
+    bodies_.clear();
     deformations_used_ = poses_used_ = 0;
 }
 
@@ -59,6 +60,7 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     world::PosedModel& pose = next_pose();
     pose_model(*source, instance.clips, pose);
     const glm::dmat4 world = world::world_from_model(instance.position, instance.orientation, instance.scale);
+    bodies_.add(instance.info->id, model.body, pose, world);
     contacts_.begin();
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/render/scene/body_capsules.h"
 #include "core/render/scene/contact_shadows.h"
 #include "core/render/scene/light_selection.h"
 #include "core/render/scene/prepared_model.h"
@@ -75,6 +76,7 @@ public:
     void find_baked(std::size_t first, const world::BakedObject& object);
     void light_anew(LightTable& light_sets, std::span<const world::Light> lights, float exposure);
     std::span<const PlacedSurface> all() const { return surfaces_; }
+    const PlacedBodies& bodies() const { return bodies_; }
     /// Those that are blended, into all().
     std::span<const std::size_t> blended() const { return blended_; }
     /// Makes the vertices of these levels of a deformed surface. Different surfaces from different threads; one surface
@@ -96,6 +98,7 @@ private:
     std::deque<DeformedVertices> deformations_;
     std::deque<world::PosedModel> poses_;
     ContactShadows contacts_;
+    PlacedBodies bodies_;
     std::size_t deformations_used_ = 0, poses_used_ = 0;
 };
 

@@ -55,6 +55,7 @@ PreparedModel prepare_model(const world::ModelRef& model) {
                                      .is_deformed = is_deformed(*model, surface.node),
                                      .is_skinned = node.skin >= 0 && primitive.source->targets.empty()});
     }
+    prepared.body = body_of(*model);
     return prepared;
 }
 

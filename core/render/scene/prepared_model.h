@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/render/scene/body_capsules.h"
 #include "core/render/scene/draw_order.h"
 #include "core/render/scene/model_cache.h"
 #include "core/render/scene/placement.h"
@@ -45,6 +46,7 @@ struct PreparedSurface {
 struct PreparedModel {
     std::vector<PreparedPrimitive> primitives;  ///< mesh after mesh
     std::vector<PreparedSurface> surfaces;      ///< as they are drawn
+    std::vector<JointCapsule> body;             ///< of its skins
 };
 PreparedModel prepare_model(const world::ModelRef& model);
 

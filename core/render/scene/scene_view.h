@@ -27,6 +27,15 @@ struct SeenSurface {
     std::size_t order = 0;  ///< among those at one distance
 };
 
+/// How much more light a camera shows than the scene's exposure has it.
+float exposure_gain_of(const world::CameraSpec& spec);
+
+/// Of the light of something at a distance exp(-per_m * distance) is left; the rest is the fog's.
+struct FogInView {
+    glm::vec3 color{0.0f};  ///< times the exposure
+    float per_m = 0.0f;     ///< 0: no fog
+};
+
 /// One picture of a scene.
 struct SceneView {
     const PlacedScene* scene = nullptr;
@@ -37,16 +46,29 @@ struct SceneView {
     double max_detail_error_px = 0.0;           ///< 0: every mesh in full
     std::shared_ptr<const LensView> lens = {};  ///< null: none is looked through
     glm::vec3 light_gain{1.0f};                 ///< factor on all light that falls on something
-    bool has_contact_shadows = true;
+    bool has_contact_shadows = true;            ///< but at quality fast
+    /// Bodies darken light from all around (BodiesInView); then there are no patches of ContactShadows.
+    bool has_contact_occlusion = false;
+    float exposure_gain = 1.0f;   ///< of the camera, beside the exposure of the scene
+    bool has_fog = true;          ///< if the scene has
     bool has_tone_curve = false;  ///< lit surfaces are shown by it (quality beautiful)
     double lamps_hz = 0.0;        ///< lamps that flicker so are at their peak (light_in_view)
 
+    float exposure() const { return scene->environment().exposure * exposure_gain; }
+    FogInView fog() const;
+    /// What is where nothing is: the background, or fog without end.
+    glm::vec3 background() const;
     /// The draw of a surface, if any of it may be seen.
     std::optional<SeenSurface> see(const PlacedSurface& surface, bool is_static) const;
     /// Appends what may be seen of what stands still, or of what moves, in the order of the scene; null: not wanted.
     void see_all(bool of_statics, std::vector<SeenSurface>* opaque, std::vector<SeenSurface>* blended) const;
-    /// Every pixel that the draw may touch.
-    std::optional<PixelRect> pixels_of(const SeenSurface& seen) const;
+    /// False only if the box certainly touches no pixel.
+    bool may_see(const glm::dmat4& optical_from_local, const world::Box& bounds) const;
+    /// Every pixel that the box, or the draw, may touch.
+    std::optional<PixelRect> pixels_of(const glm::dmat4& optical_from_local, const world::Box& bounds) const;
+    std::optional<PixelRect> pixels_of(const SeenSurface& seen) const {
+        return pixels_of(seen.optical_from_local, seen.placed->bounds);
+    }
     bool touches(const SeenSurface& seen, std::span<const PixelRect> rects) const;
 };
 SceneView make_scene_view(const PlacedScene& scene, const ViewTransform& transform, double far_m,

@@ -14,9 +14,7 @@ constexpr double range_margin = 1.01;
 bool may_see_ball(const SceneView& view, const glm::dvec3& centre, double radius) {
     const glm::dmat4 optical_from_ball = view.transform.optical_from(glm::translate(glm::dmat4(1.0), centre));
     const glm::vec3 corner(static_cast<float>(radius));
-    if (view.lens != nullptr && view.lens->is_wide())
-        return view.lens->may_see(optical_from_ball, {-corner, corner}, view.far_m);
-    return may_be_visible(view.frustum, optical_from_ball, -corner, corner);
+    return view.may_see(optical_from_ball, {-corner, corner});
 }
 
 /// Of the light sets of all static surfaces that a view may show, those that may shine on what it shows of them.

@@ -26,11 +26,11 @@ SurroundingsInView surroundings_in_view(const world::LightProbe& probe, const Vi
     return {probe.mean, probe.along * glm::transpose(glm::mat3(view.optical_from_world))};
 }
 
-AmbientInView ambient_in_view(const world::Environment& environment, const ViewTransform& view) {
+AmbientInView ambient_in_view(const world::Environment& environment, float exposure, const ViewTransform& view) {
     return {.up = glm::vec3(view.optical_from_world * glm::dvec3(0.0, 0.0, 1.0)),
-            .sky = environment.ambient_sky * environment.exposure,
-            .ground = environment.ambient_ground * environment.exposure,
-            .exposure = environment.exposure};
+            .sky = environment.ambient_sky * exposure,
+            .ground = environment.ambient_ground * exposure,
+            .exposure = exposure};
 }
 
 }  // namespace camrig::render::scene

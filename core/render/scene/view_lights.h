@@ -33,6 +33,6 @@ struct SurroundingsInView {
 };
 SurroundingsInView surroundings_in_view(const world::LightProbe& probe, const ViewTransform& view);
 
-AmbientInView ambient_in_view(const world::Environment& environment, const ViewTransform& view);
+AmbientInView ambient_in_view(const world::Environment& environment, float exposure, const ViewTransform& view);
 
 }  // namespace camrig::render::scene

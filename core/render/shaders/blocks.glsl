@@ -7,6 +7,8 @@ layout(std140, binding = 0) uniform ViewBlock {
     vec4 up;          // world up
     vec4 sky;         // ambient from above; w: exposure
     vec4 ground;      // ambient from below; w: 1 where there is a tone curve
+    vec4 fog;         // its colour; w: how much of it comes per metre
+    vec4 bodies;      // x: how many there are (contact.glsl)
     vec4 truth_rows[3];  // the frame that true normals are given in, from this view's
 } view;
 

@@ -13,6 +13,9 @@ layout(location = 7) in vec3 in_position;
 #ifdef HAS_TANGENT
 layout(location = 8) in vec4 in_tangent;
 #endif
+#ifdef GGX
+layout(location = 12) flat in uint in_object;
+#endif
 #ifdef VERTEX_LIGHT
 layout(location = 9) in vec3 in_light;
 #ifdef DOUBLE_SIDED
@@ -129,7 +132,7 @@ void main() {
 #ifdef DOUBLE_SIDED
     if (!gl_FrontFacing) n = -n;
 #endif
-#ifdef SHADOWS
+#ifdef GGX
     vec3 geometric = n;
 #endif
 #ifdef NORMAL_UV
@@ -169,6 +172,7 @@ void main() {
     mirrored *= clamp(pow(nv + occlusion, exp2(-16.0 * roughness - 1.0)) - 1.0 + occlusion, 0.0, 1.0);
 #endif
     vec3 color = s.diffuse * (1.0 - mirror) * hemisphere(n) * occlusion + mirror * mirrored;
+    color *= open_share(in_object, position, geometric);
 #if DIRECTIONAL_LIGHTS > 0
     for (int i = 0; i < DIRECTIONAL_LIGHTS; ++i) {
         vec3 l = lights.directional[i].towards.xyz;
@@ -204,6 +208,9 @@ void main() {
 #endif
 #ifdef GGX
     if (view.ground.w > 0.0) color = pbr_neutral(color);
+#endif
+#ifdef FOG
+    color = mix(view.fog.rgb, color, exp(-view.fog.w * length(in_position)));
 #endif
 
 #ifdef BLEND

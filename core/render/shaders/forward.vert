@@ -23,6 +23,9 @@ layout(location = 7) out vec3 out_position;
 #ifdef HAS_TANGENT
 layout(location = 8) out vec4 out_tangent;
 #endif
+#ifdef GGX
+layout(location = 12) flat out uint out_object;
+#endif
 #ifdef VERTEX_LIGHT
 layout(location = 9) out vec3 out_light;
 #ifdef DOUBLE_SIDED
@@ -77,6 +80,9 @@ void main() {
 #endif
 #ifdef PIXEL_POSITION
     out_position = p;
+#endif
+#ifdef GGX
+    out_object = draw.ids.x;
 #endif
 #ifdef HAS_TANGENT
     // A mirroring turns the cross product of normal and tangent round, but not the bitangent.

@@ -37,8 +37,7 @@ void mark_movers(const RowsOfView& of);
 void draw_movers(const RowsOfView& of);
 
 inline glm::vec3 background_of(const ViewWork& work) {
-    const world::Environment& environment = work.scene.scene->environment();
-    const glm::vec3 background = environment.background * environment.exposure;
+    const glm::vec3 background = work.scene.background();
     return work.canvas.light ? background : glm::clamp(background, 0.0f, 1.0f);
 }
 

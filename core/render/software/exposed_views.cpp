@@ -83,6 +83,8 @@ void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast:
     moment.shadows.clear();
     if (moment.scene.quality == world::Quality::beautiful && !shadows_.empty())
         moment.shadows = shadows_.in_view(moment.scene.transform);
+    // As shadows, they stay where they are while a picture is taken.
+    find_bodies(moment);
     moment.movers.see(moment.scene);
     ViewScratch& scratch = scratch_[0];
     scratch.numbers.fit(work.view->spec->size);

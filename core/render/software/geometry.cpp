@@ -26,9 +26,11 @@ void ViewGeometry::begin_view(const scene::SceneView& view, std::shared_ptr<cons
     has_outlines_ = has_outlines;
     has_both_sides_ = false;
     shadows_.assign(shadows.begin(), shadows.end());
+    bodies_ = nullptr;
     baked_ = is_beautiful() ? std::move(baked) : nullptr;
-    if (baked_ != nullptr) light_of_map_ = baked_->scale * view.light_gain;
-    light_ = scene::ambient_in_view(view.scene->environment(), view.transform);
+    if (baked_ != nullptr) light_of_map_ = baked_->scale * view.light_gain * view.exposure_gain;
+    light_ = scene::ambient_in_view(view.scene->environment(), view.exposure(), view.transform);
+    fog_ = view.fog();
     light_.sky *= view.light_gain;
     light_.ground *= view.light_gain;
     const auto light_sets = static_cast<std::size_t>(view.scene->light_sets().size());
@@ -127,7 +129,8 @@ void ViewGeometry::use_baked_light(ViewDraw& draw) {
     }
     const glm::dvec3 middle(placed.world_from_local * glm::dvec4(0.5f * (placed.bounds.min + placed.bounds.max), 1.0));
     if (const auto probe = scene::probe_at(baked_->light->grid, baked_->probes, middle))
-        draw.surroundings = scene::surroundings_in_view(probe->scaled(view_.light_gain), view_.transform);
+        draw.surroundings =
+            scene::surroundings_in_view(probe->scaled(view_.light_gain * view_.exposure_gain), view_.transform);
 }
 
 ScreenVertex ViewGeometry::on_screen(const glm::dvec3& p) const {

@@ -83,6 +83,10 @@ public:
     const ViewDraw& add(const scene::SeenSurface& seen, const SoftwarePrimitive& primitive,
                         const glm::vec3* positions_ahead = nullptr);
 
+    /// Who darkens light from all around in this picture of the view; good as long as it is drawn.
+    void set_bodies(const scene::BodiesInView& bodies) { bodies_ = &bodies; }
+    const scene::BodiesInView* bodies() const { return bodies_; }
+
     const ViewTransform& transform() const { return view_.transform; }
     bool wide_lanes() const { return wide_lanes_; }
     bool has_outlines() const { return has_outlines_; }
@@ -95,6 +99,7 @@ public:
     /// Of all that is kept of the view.
     std::int64_t bytes() const;
     const scene::AmbientInView& light() const { return light_; }
+    const scene::FogInView& fog() const { return fog_; }
     /// Through a lens a triangle is that of its rays, and has no place on the screen; null: no lens.
     const LensRays* rays() const { return rays_.get(); }
     std::span<const RayTriangle> ray_triangles() const { return ray_triangles_; }
@@ -137,10 +142,12 @@ private:
     scene::SceneView view_;
     bool wide_lanes_ = false, has_outlines_ = false, has_both_sides_ = false;
     scene::AmbientInView light_;
+    scene::FogInView fog_;
     std::vector<ShadowInView> shadows_;
     std::shared_ptr<const BakedPicture> baked_;  ///< of quality beautiful
     glm::vec3 light_of_map_{1.0f};
-    std::vector<SurfaceLights> lights_;  ///< per light set of the scene; made when first drawn with
+    const scene::BodiesInView* bodies_ = nullptr;  ///< null: nobody
+    std::vector<SurfaceLights> lights_;            ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;
     std::vector<ViewDraw> draws_;
     std::vector<ScreenVertex> vertices_;

@@ -81,7 +81,7 @@ std::vector<PixelRect> with_margin(std::vector<PixelRect> rects, const PixelRect
 
 /// Nothing lies over what stands still.
 bool is_layer_alone(const ViewWork& work) {
-    return work.movers.opaque.empty() && work.movers.blended.empty() && work.shadows.empty();
+    return work.movers.opaque.empty() && work.movers.blended.empty() && !work.movers_darken();
 }
 
 bool is_moving(const ViewMotion& motion, ObjectId id) {

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "core/render/software/contact_light.h"
 #include "core/render/software/lambert.h"
 #include "core/render/software/lanes_math.h"
 #include "core/render/software/shading.h"
@@ -210,6 +211,8 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
         mirror.light = mirror.light * Lanes3{part(around.x, open.x), part(around.y, open.y), part(around.z, open.z)};
     }
     Lanes3 sum = s.diffuse * (one - mirror.share) * around * occlusion + mirror.share * mirror.light;
+    if (geometry.bodies() != nullptr)
+        sum = sum * open_share<Isa>(*geometry.bodies(), draw.placed->object->id, has_movers, position, geometric);
     const SurfaceLights& lights = *draw.lights;
     for (std::size_t i = 0; i < lights.directional.size(); ++i) {
         const scene::LightInView& light = lights.directional[i];

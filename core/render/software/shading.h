@@ -1,8 +1,10 @@
 #pragma once
 
+#include <numbers>
 #include <type_traits>
 
 #include "core/render/software/lambert.h"
+#include "core/render/software/lanes_math.h"
 #include "core/render/software/material_shading.h"
 #include "core/render/software/surface_point.h"
 
@@ -72,10 +74,10 @@ CAMRIG_LANES IntLanes code(Lanes value) {
     return truncated(value * 255.0f + 0.5f);
 }
 
-/// Linear light of a group of points. has_movers: at quality beautiful, in the shadows of what moves, too.
+/// As shade(), without fog.
 template <typename Isa>
-CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
-                        const Lanes3& rays, bool has_movers = true) {
+CAMRIG_LANES Rgba shade_surface(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                                const Lanes3& rays, bool has_movers) {
     const world::Material& material = *draw.primitive->material;
     if (geometry.is_beautiful() && draw.primitive->is_lit) {
         Rgba made;
@@ -97,6 +99,21 @@ CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, cons
         emissive = emissive * Lanes3{texture[0], texture[1], texture[2]};
     }
     return {color.rgb * surface_light(geometry, draw, points, rays, occlusion) + emissive, color.a};
+}
+
+/// Linear light of a group of points. has_movers: at quality beautiful, in the shadows of what moves, too.
+template <typename Isa>
+CAMRIG_LANES Rgba shade(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
+                        const Lanes3& rays, bool has_movers = true) {
+    Rgba made = shade_surface<Isa>(geometry, draw, points, rays, has_movers);
+    const scene::FogInView& fog = geometry.fog();
+    if (fog.per_m > 0.0f) {
+        constexpr float least_power = -100.0f;
+        const Lanes distance = sqrt(dot(rays, rays)) * max(points.z, -points.z);
+        const Lanes left = exp2_of(max(distance * (-fog.per_m * std::numbers::log2e_v<float>), lanes(least_power)));
+        made.rgb = splat(fog.color) + (made.rgb - splat(fog.color)) * left;
+    }
+    return made;
 }
 
 CAMRIG_LANES IntLanes pixels_of(const Lanes3& srgb_color) {

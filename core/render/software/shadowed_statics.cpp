@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/render/software/contact_light.h"
 #include "core/render/software/coverage.h"
 #include "core/render/software/ray_pixels.h"
 #include "core/render/software/shading.h"
@@ -10,6 +11,15 @@
 
 namespace camrig::render::software {
 namespace {
+
+/// Whether movers may keep light from the points, of lamps or from all around.
+template <typename Isa>
+CAMRIG_LANES IntLanes may_be_shadowed(const ViewGeometry& geometry, const Lanes3& position) {
+    IntLanes shadowed{};
+    for (const ShadowInView& map : geometry.shadows()) shadowed |= may_show_movers<Isa>(map, position);
+    if (geometry.bodies() != nullptr) shadowed |= may_be_darkened<Isa>(*geometry.bodies(), position);
+    return shadowed;
+}
 
 template <typename Isa>
 CAMRIG_LANES void find_shadowed_body(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depths,
@@ -26,9 +36,7 @@ CAMRIG_LANES void find_shadowed_body(const ViewGeometry& geometry, const PixelRe
             const Lanes depth = reinterpret_cast<Lanes>(load_lanes(depths(y) + x));
             const Lanes z = depth_shift / (depth - farthest);
             const Lanes3 position = rays_through(geometry, x, y) * z;
-            IntLanes shadowed{};
-            for (const ShadowInView& map : geometry.shadows()) shadowed |= may_show_movers<Isa>(map, position);
-            shadowed &= drawn;
+            const IntLanes shadowed = drawn & may_be_shadowed<Isa>(geometry, position);
             if (Isa::bits(shadowed) == 0) continue;
             store(to(y), x, shadowed, number);
         }
@@ -78,8 +86,7 @@ CAMRIG_LANES void find_shadowed_places_body(const ViewGeometry& geometry, std::s
             depth[lane] = place.depth;
         }
         const Lanes3 position = ray * (depth_shift / (depth - farthest));
-        IntLanes shadowed{};
-        for (const ShadowInView& map : geometry.shadows()) shadowed |= may_show_movers<Isa>(map, position);
+        const IntLanes shadowed = may_be_shadowed<Isa>(geometry, position);
         for (std::size_t i = 0; i < count; ++i) to[first + i] = shadowed[static_cast<int>(i)] != 0;
     }
 }

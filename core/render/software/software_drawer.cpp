@@ -105,8 +105,11 @@ bool SoftwareDrawer::can_draw(const View& view, frame::FrameKind kind) {
 
 scene::SceneView SoftwareDrawer::scene_view_of(const View& view, world::Quality quality) {
     const world::CameraSpec& spec = *view.spec;
-    return make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
-                           spec.far_m, quality, options_.max_detail_error_px, lens_of(view)->view);
+    scene::SceneView made =
+        make_scene_view(scene_, make_view_transform(view.pose, spec.size, spec.intrinsics, spec.near_m, spec.far_m),
+                        spec.far_m, quality, options_.max_detail_error_px, lens_of(view)->view);
+    made.exposure_gain = scene::exposure_gain_of(spec);
+    return made;
 }
 
 KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
@@ -135,6 +138,8 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     if (view.spec->backdrop) {
         work.scene.light_gain = glm::vec3(view.spec->backdrop->plate_gain);
         work.scene.has_contact_shadows = view.spec->backdrop->shadow != world::BackdropShadow::none;
+        // A photo has its light and its air in it.
+        work.scene.has_contact_occlusion = work.scene.has_fog = false;
     }
     // A sensor has a curve of its own, and a photo had its.
     work.scene.has_tone_curve = work.scene.quality == world::Quality::beautiful && scene_.environment().daylight &&
@@ -317,6 +322,10 @@ void SoftwareDrawer::begin_view(ViewWork& work, ViewScratch& scratch, int bands,
 
 void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int bands) {
     add_triangles(work, scratch);
+    if (work.scene.has_contact_occlusion) {
+        scratch.geometry.set_bodies(work.bodies);
+        if (work.is_in_parts && work.layer->shadowed != nullptr) work.layer->shadowed->geometry.set_bodies(work.bodies);
+    }
     if (work.has_areas) scratch.areas.begin(work.view->spec->size, bands);
     if (scratch.catchers > 0) {
         scratch.receivers.fit(work.view->spec->size);
@@ -333,8 +342,11 @@ void SoftwareDrawer::begin_drawing(ViewWork& work, ViewScratch& scratch, int ban
 
 void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
     std::atomic<TimeNs> cost_ns = 0;
+    if (bodies_instant_ != instant_) moving_bodies_ = scene_.movers().bodies();
+    bodies_instant_ = instant_;
     for (ViewWork* const work : works) {
         work->shadows.clear();
+        find_bodies(*work);
         if (work->scene.quality != world::Quality::beautiful) continue;
         if (const auto& backdrop = work->view->spec->backdrop;
             backdrop && backdrop->shadow != world::BackdropShadow::mapped)
@@ -351,6 +363,11 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
     const TimeNs share_ns = cost_ns / std::ranges::count_if(works, is_beautiful);
     for (ViewWork* const work : works)
         if (is_beautiful(work)) work->cost_ns += share_ns;
+}
+
+void SoftwareDrawer::find_bodies(ViewWork& work) const {
+    work.bodies.clear();
+    if (work.scene.has_contact_occlusion) work.bodies.see(work.scene, scene_.statics().bodies(), moving_bodies_);
 }
 
 void SoftwareDrawer::end_band(ViewWork& work, ViewScratch& scratch) {

@@ -90,6 +90,7 @@ private:
     static void give_frames(ViewWork& work, const View& view, std::vector<frame::FrameRef>& frames);
     /// The shadow maps of this instant, made with the first views that look at them, at their cost.
     void make_shadows(std::span<ViewWork* const> works);
+    void find_bodies(ViewWork& work) const;
     /// What the picture of a backdrop shows, before all that is drawn.
     void add_proxies(ViewWork& work, ViewScratch& scratch);
     /// exposed_views.cpp: views of cameras with a sensor before which something moves, one after the other; the scene
@@ -148,6 +149,8 @@ private:
     AskedPictures asked_;
     SoftwareShadows shadows_;
     std::uint64_t shadows_instant_ = 0;  ///< for which they are made
+    scene::PlacedBodies moving_bodies_;  ///< of the instant
+    std::uint64_t bodies_instant_ = 0;
     std::deque<ViewWork> works_;
     std::vector<ViewWork*> in_work_, exposed_, flows_;
     View moment_view_;

@@ -31,7 +31,7 @@ void StaticLayers::make(ViewWork& work, bool has_blended, bool has_catchers) {
     StaticLayer& layer = *work.layer;
     const bool is_shaded = work.is_shaded() && !layer.picture, is_new = layer.number == 0;
     const bool is_blended = is_shaded && has_blended && !work.has_film(), has_steps = is_shaded && work.has_areas;
-    const bool is_shadowed = is_shaded && !work.shadows.empty();
+    const bool is_shadowed = is_shaded && work.movers_darken();
     const auto is_missing = [&](frame::FrameKind kind) {
         const auto k = static_cast<std::size_t>(kind);
         return work.channels[k].frame != nullptr && !layer.channels[k];

@@ -45,6 +45,7 @@ void note(ViewWork& work, frame::Frame& frame, bool is_as_drawn, std::uint64_t b
 void find_changed_rects(ViewWork& work, const SoftwareShadows& shadows) {
     work.rects.assign(work.movers.rects.begin(), work.movers.rects.end());
     if (!work.shadows.empty()) shadows.find_changed_pixels(work.scene, work.whole, work.rects);
+    work.rects.insert(work.rects.end(), work.bodies.moving_rects.begin(), work.bodies.moving_rects.end());
     if (is_matched(work))
         for (PixelRect& rect : work.rects) rect = common(grown(rect, match_reach(work)), work.whole);
     work.rects = disjoint_cover(std::move(work.rects), max_rects);

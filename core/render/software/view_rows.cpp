@@ -164,8 +164,7 @@ void put_back(ViewWork& work, const PixelRect& band) {
 
 void draw_background(ViewWork& work, const PixelRect& rect) {
     const Canvas& canvas = work.canvas;
-    const world::Environment& environment = work.scene.scene->environment();
-    const glm::vec3 background = environment.background * environment.exposure;
+    const glm::vec3 background = work.scene.background();
     if (is_sampled(work) && canvas.color.data != nullptr) {
         // A projected picture waits for the surfaces that carry it.
         if (work.backdrop->panorama != nullptr) draw_panorama(work, rect);

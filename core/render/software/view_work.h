@@ -118,12 +118,15 @@ struct ViewWork {
     SceneAhead* ahead = nullptr;        ///< of a moment whose flow is drawn
     bool is_light = false;              ///< of a moment: light is drawn, no frame
     std::vector<ShadowInView> shadows;  ///< of a colour picture of quality beautiful
+    scene::BodiesInView bodies;         ///< if the scene has contact occlusion
     std::uint64_t draws = 0, draws_coarse = 0;
     std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
 
     /// A sensor makes the colour picture.
     bool has_film() const { return film_frame >= 0; }
     bool takes_picture() const { return exposure && frame != nullptr; }
+    /// What moves may change how what stands still looks beside it.
+    bool movers_darken() const { return !shadows.empty() || scene.has_contact_occlusion; }
     bool is_shaded() const { return is_light || frame != nullptr; }
     /// Of a view with motion: world and camera as they were.
     world::CameraPast::Moment moment_at(TimeNs world_ns) const {

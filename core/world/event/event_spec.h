@@ -14,6 +14,7 @@
 #include "core/fault/fault_plan.h"
 #include "core/world/actor_spec.h"
 #include "core/world/daylight_spec.h"
+#include "core/world/fog_spec.h"
 
 /// Events as data: when something happens, and what happens then. docs/scene-format.md explains each.
 namespace camrig::world {
@@ -92,6 +93,7 @@ struct EnvironmentAction {
     std::optional<double> exposure;
     std::optional<double> glow;
     std::optional<DaylightSpec> daylight;
+    std::optional<FogSpec> fog;
 };
 struct CameraAction {
     std::string camera;

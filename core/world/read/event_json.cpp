@@ -5,6 +5,7 @@
 #include "core/world/read/behaviour_json.h"
 #include "core/world/read/daylight_json.h"
 #include "core/world/read/fault_json.h"
+#include "core/world/read/light_json.h"
 #include "core/world/world_fields.h"
 
 namespace camrig::world {
@@ -196,7 +197,12 @@ std::vector<Kind<Action>> make_actions() {
                                                       .doc = "of the environment",
                                                       .fallback = "as it is",
                                                       .schema = R"({"$ref": "#/$defs/daylight"})"},
-                                                     read_daylight)},
+                                                     read_daylight),
+             nested_at<&EnvironmentAction::fog>({.name = "fog",
+                                                 .doc = "of the environment",
+                                                 .fallback = "as it is",
+                                                 .schema = R"({"$ref": "#/$defs/fog"})"},
+                                                read_fog)},
             [](const EnvironmentAction& action, JsonReader& reader) {
                 for (const char* made : {"background", "sky"})
                     if (action.daylight && reader.has(made)) reader.fail(made, "is made by daylight; leave it out");

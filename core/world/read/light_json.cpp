@@ -28,6 +28,15 @@ FieldOf<Environment> ambient() {
     return entry;
 }
 
+/// Its strength in a unit; the scene's reader divides it by the lux that are white.
+FieldOf<Light> in_unit(std::string name, std::string doc, std::string unit) {
+    return field_at<&Light::intensity>({.name = std::move(name),
+                                        .doc = std::move(doc),
+                                        .unit = std::move(unit),
+                                        .fallback = "by `intensity`",
+                                        .range = {0.0, 1e12}});
+}
+
 std::vector<FieldOf<Light>> light_fields(LightType type) {
     const bool is_placed = type != LightType::directional, is_directed = type != LightType::point;
     std::vector<FieldOf<Light>> table{
@@ -36,6 +45,11 @@ std::vector<FieldOf<Light>> light_fields(LightType type) {
                                      .doc = "a white surface that faces a directional light of 1 is white at exposure "
                                             "1; point and spot: at 1 m",
                                      .range = {0.0, 1e9}})};
+    table.push_back(in_unit(is_placed ? "candela" : "lux",
+                            is_placed ? "instead of intensity, where the scene has a unit (see units)"
+                                      : "instead of intensity, where the scene has a unit (see units): on a surface "
+                                        "that faces it",
+                            is_placed ? "cd" : "lx"));
     if (is_placed) {
         table.push_back(vector_at<&Light::position>({.name = "position", .required = true}));
         table.push_back(field_at<&Light::range>(
@@ -73,6 +87,8 @@ std::vector<FieldOf<Light>> light_fields(LightType type) {
 }
 
 void check_light_keys(const Light& light, JsonReader& reader) {
+    for (const char* in_unit : {"candela", "lux"})
+        if (reader.has(in_unit) && reader.has("intensity")) reader.fail(in_unit, "give either it or intensity");
     if (light.type == LightType::point && reader.has("direction")) reader.fail("direction", "a point light has none");
     if (light.type == LightType::directional && reader.has("position"))
         reader.fail("position", "a directional light has none");
@@ -83,11 +99,30 @@ void check_light_keys(const Light& light, JsonReader& reader) {
 Kind<Light> light_kind(LightType type, std::string name, std::string doc) {
     Light initial;
     initial.type = type;
-    return kind_of<Light, Light>({.name = std::move(name), .doc = std::move(doc)}, light_fields(type), check_light_keys,
-                                 initial);
+    std::string either = type == LightType::directional ? R"({"not": {"required": ["lux", "intensity"]}})"
+                                                        : R"({"not": {"required": ["candela", "intensity"]}})";
+    return kind_of<Light, Light>({.name = std::move(name), .doc = std::move(doc), .rule = std::move(either)},
+                                 light_fields(type), check_light_keys, initial);
 }
 
 }  // namespace
+
+FieldTable<FogSpec> fields_of(std::type_identity<FogSpec>) {
+    static const std::vector<FieldOf<FogSpec>> table{
+        field_at<&FogSpec::visibility_m>(
+            {.name = "visibility_m",
+             .doc = "meteorological visibility: at this distance 2 % of a contrast are left; 0: no fog",
+             .required = true,
+             .unit = "m",
+             .range = {0.0, 1e9}}),
+        color_at<&FogSpec::color>(
+            {.name = "color", .doc = "of what is hidden altogether", .fallback = "the background"})};
+    return table;
+}
+
+Result<FogSpec> read_fog(const nlohmann::json& value, const std::string& path) {
+    return read_all<FogSpec>(value, path);
+}
 
 FieldTable<Environment> fields_of(std::type_identity<Environment>) {
     static const std::vector<FieldOf<Environment>> table{
@@ -110,7 +145,12 @@ FieldTable<Environment> fields_of(std::type_identity<Environment>) {
                                                   "`sun`, see daylight",
                                            .fallback = "none",
                                            .schema = R"({"$ref": "#/$defs/daylight"})"},
-                                          read_daylight)};
+                                          read_daylight),
+        nested_at<&Environment::fog>({.name = "fog",
+                                      .doc = "hides what is far away, see fog",
+                                      .fallback = "none",
+                                      .schema = R"({"$ref": "#/$defs/fog"})"},
+                                     read_fog)};
     return table;
 }
 

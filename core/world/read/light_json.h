@@ -5,6 +5,9 @@
 
 namespace camrig::world {
 
+FieldTable<FogSpec> fields_of(std::type_identity<FogSpec>);
+Result<FogSpec> read_fog(const nlohmann::json& value, const std::string& path);
+
 /// The `environment` of a scene file.
 FieldTable<Environment> fields_of(std::type_identity<Environment>);
 /// Its `lights`, by their `type`.

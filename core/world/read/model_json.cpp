@@ -71,7 +71,11 @@ FieldTable<ModelFile> fields_of(std::type_identity<ModelFile>) {
                     "name of a [shipped model](scenes.md#models): `camrig:people/anna`, `camrig:street/van.glb`",
              .required = true,
              .schema = R"({"$ref": "#/$defs/model_path"})"}),
-        front_field()};
+        front_field(),
+        field_at<&ModelFile::photometric>(
+            {.name = "photometric",
+             .doc = "what its materials emit is in cd/m2 and its lights are in cd and lx, as glTF has them; for scenes "
+                    "with a unit, see units"})};
     return table;
 }
 
@@ -124,7 +128,7 @@ Result<SceneModel> ModelReader::read(const json& value, const std::string& path)
         if (!is_shape || entry.field.name == "front") entry.read(reader, changes);
     ModelFile file;
     changes.apply_to(file);
-    SceneModel made{.model = {}, .heading_from_model = heading_from(file.front)};
+    SceneModel made{.model = {}, .heading_from_model = heading_from(file.front), .is_photometric = file.photometric};
     if (is_shape) {
         const Shape shape = read_kind(shape_kinds(), reader, "shape");
         if (auto done = reader.finish(); !done) return std::unexpected(done.error());

@@ -20,6 +20,7 @@ struct ModelFile {
     enum class Front : std::uint8_t { plus_x, minus_x, plus_z, minus_z };
     std::string file;
     Front front = Front::plus_z;
+    bool photometric = false;  ///< see photometric.h
 };
 FieldTable<ModelFile> fields_of(std::type_identity<ModelFile>);
 /// Entries that need none, by their `shape`. They have a front too.

@@ -57,12 +57,13 @@ TEST(GltfMaterials, EveryFieldIsRead) {
         "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.75,
                                  "baseColorTexture": {"index": 0, "texCoord": 1}, "metallicRoughnessTexture": {"index": 1}},
         "normalTexture": {"index": 2, "scale": 0.5}, "occlusionTexture": {"index": 1, "strength": 0.25},
-        "emissiveTexture": {"index": 2, "texCoord": 1}, "extensions": {"KHR_materials_unlit": {}}})")));
+        "emissiveTexture": {"index": 2, "texCoord": 1}, "extensions": {"KHR_materials_unlit": {}, "KHR_materials_emissive_strength": {"emissiveStrength": 4.5}}})")));
     ASSERT_TRUE(model) << model.error().message;
     const Material& m = (*model)->materials[0];
     EXPECT_EQ(m.name, "wood");
     EXPECT_EQ(m.base_color, glm::vec4(0.1f, 0.2f, 0.3f, 0.4f));
     EXPECT_EQ(m.emissive, glm::vec3(0.1f, 0.2f, 0.3f));
+    EXPECT_EQ(m.emissive_strength, 4.5f);
     EXPECT_EQ(m.metallic, 0.5f);
     EXPECT_EQ(m.roughness, 0.75f);
     EXPECT_EQ(m.normal_scale, 0.5f);
