@@ -92,7 +92,7 @@ CAMRIG_LANES SampleMask with_alpha(const ViewGeometry& geometry, const ViewDraw&
         constexpr float share = 1.0f / 8.0f;  // of a pixel's side, from a place to the next
         const TriangleAtPlaces<Isa> at(geometry, draw, IntLanes{} + static_cast<std::int32_t>(number), px, py,
                                        lanes(share));
-        const Lanes alpha = base_color<Isa>(draw, points_of(geometry, draw, at, x, y)).a;
+        const Lanes alpha = base_color<Isa>(draw, points_of<PointValues::of_alpha>(geometry, draw, at, x, y)).a;
         made |= (bits & Isa::bits(alpha >= draw.primitive->material->alpha_cutoff)) << (lane_count * group);
     }
     return made;

@@ -70,7 +70,7 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
             if (Isa::bits(mask) == 0) return;
             if (is_masked) {
                 const OneTriangle one(geometry, draw, triangle, s);
-                SurfacePoints points = points_of(geometry, draw, one, x, y);
+                SurfacePoints points = points_of<PointValues::of_alpha>(geometry, draw, one, x, y);
                 TexturePoints& at = points.textures[base_color_slot];
                 at.has_footprints = at.blends_levels = false;  // whatever colour is made of
                 const Lanes alpha = base_color<Isa>(draw, points).a;

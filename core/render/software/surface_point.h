@@ -107,8 +107,11 @@ CAMRIG_LANES void find_tangents(const ViewDraw& draw, const Triangles& triangles
     points.v_grows = {straight(v[0]), straight(v[1]), straight(v[2])};
 }
 
+/// What is to be known of points: everything, or what base_color() takes its alpha from.
+enum class PointValues { all, of_alpha };
+
 /// x is the first pixel of the group.
-template <typename Triangles>
+template <PointValues wanted = PointValues::all, typename Triangles>
 CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDraw& draw, const Triangles& triangles,
                                      int x, int y) {
     using V = Triangles::Value;
@@ -137,7 +140,8 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
     points.z = place.z;
     if (draw.colors != nullptr)
         points.color = interpolated.template operator()<4>({&draw.colors->x, 4, offsetof(VertexValues, color)});
-    if (draw.vertex_lights >= 0) {
+    constexpr bool is_all = wanted == PointValues::all;
+    if (is_all && draw.vertex_lights >= 0) {
         const VertexLight& made = geometry.vertex_lights()[static_cast<std::size_t>(draw.vertex_lights)];
         constexpr auto stride = static_cast<std::int32_t>(sizeof(VertexLight) / sizeof(float));
         points.light = where_front(vector({&made.light.x, stride, offsetof(VertexValues, light)}),
@@ -145,20 +149,20 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         const Lanes3 ambient = vector({&made.ambient.x, stride, offsetof(VertexValues, ambient)});
         const glm::vec3 both = geometry.light().sky + geometry.light().ground;
         points.ambient = where_front(ambient, {both.x - ambient.x, both.y - ambient.y, both.z - ambient.z});
-    } else if (draw.primitive->is_lit) {
+    } else if (is_all && draw.primitive->is_lit) {
         const Lanes3 normal = vector({&draw.normals->x, 3, offsetof(VertexValues, normal)});
         points.normal = where_front(normal, {-normal.x, -normal.y, -normal.z});
     }
-    if (draw.tangents != nullptr) {
+    if (is_all && draw.tangents != nullptr) {
         const auto tangent =
             interpolated.template operator()<4>({&draw.tangents->x, 4, offsetof(VertexValues, tangent)});
         points.tangent = {tangent[0], tangent[1], tangent[2]};
         points.tangent_side = tangent[3];
-    } else if (draw.textures[normal_slot] != nullptr) {
+    } else if (is_all && draw.textures[normal_slot] != nullptr) {
         find_tangents(draw, triangles, points);
     }
     for (std::size_t slot = 0; slot < texture_slot_count; ++slot) {
-        if (draw.textures[slot] == nullptr) continue;
+        if (draw.textures[slot] == nullptr || (!is_all && slot != base_color_slot)) continue;
         const SampledTexture& texture = *draw.textures[slot];
         const CornerAttribute attribute{&texture.coordinates.front().x, 2,
                                         offsetof(VertexValues, coordinates) + slot * sizeof(glm::vec2)};
