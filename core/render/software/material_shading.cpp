@@ -240,15 +240,15 @@ CAMRIG_LANES void arriving_body(const ViewGeometry& geometry, const ViewDraw& dr
     const Lanes3 normal = unit(turned(draw.optical_from_normal, points.normal));
     const Lanes3 position = rays * points.z;
     to = light_around<Isa>(geometry, draw, points, normal);
-    const auto add = [&](const Lanes3& towards, const Lanes3& color, int shadow) __attribute__((always_inline)) {
-        const Lanes cosine = max(dot(normal, towards), Lanes{});
-        if (Isa::bits(cosine > 0.0f) == 0) return;
-        Lanes3 light = color * cosine;
-        if (shadow >= 0)
-            light = light * lit_share<Isa>(geometry.shadows()[static_cast<std::size_t>(shadow)], has_movers, position,
-                                           normal, cosine);
-        to = to + light;
-    };
+    const auto add = [&](const Lanes3& towards, const Lanes3& color, std::span<const ShadowInView> shadows)
+                         __attribute__((always_inline)) {
+                             const Lanes cosine = max(dot(normal, towards), Lanes{});
+                             if (Isa::bits(cosine > 0.0f) == 0) return;
+                             Lanes3 light = color * cosine;
+                             if (!shadows.empty())
+                                 light = light * lit_share<Isa>(shadows, has_movers, position, normal, cosine);
+                             to = to + light;
+                         };
     const SurfaceLights& lights = *draw.lights;
     for (std::size_t i = 0; i < lights.directional.size(); ++i)
         add(splat(lights.directional[i].towards), splat(lights.directional[i].color), lights.directional_shadows[i]);
