@@ -1,5 +1,6 @@
 #include "core/world/scene_reader.h"
 
+#include <algorithm>
 #include <set>
 
 #include "core/base/error_list.h"
@@ -47,6 +48,7 @@ private:
     void read_parts();
     void check_references();
     void check_daylight();
+    void check_groups();
     void light_by_day();
     bool spoil(const std::string& path, const std::string& name, const Error& why);
     template <typename Value, typename Read>
@@ -216,10 +218,25 @@ void SceneReader::check_daylight() {
             reader_.fail(std::string("environment.") + made, "is made by environment.daylight; leave one of them out");
 }
 
+void SceneReader::check_groups() {
+    for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+        const Light& light = scene_.lights[i];
+        if (light.group.empty()) continue;
+        const std::string at = "lights[" + std::to_string(i) + "]";
+        if (std::ranges::find(scene_.lights, light.group, &Light::name) != scene_.lights.end())
+            reader_.fail(at + ".group", "'" + light.group + "' is the name of a light; groups have others");
+        const Light& first = *std::ranges::find(scene_.lights, light.group, &Light::group);
+        if (light.color != first.color || light.intensity != first.intensity)
+            reader_.fail(at, "has another color or intensity than '" + first.name + "' of its group '" + light.group +
+                                 "', which is switched as one");
+    }
+}
+
 Result<Scene> SceneReader::read() {
     read_parts();
     check_references();
     check_daylight();
+    check_groups();
     if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
     for (const ObjectSpec& object : scene_.objects)
         append_model_lights(*scene_.models.at(object.model).model, object, scene_.lights);

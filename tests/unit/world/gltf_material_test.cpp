@@ -89,6 +89,20 @@ TEST(GltfMaterials, FactorsOutOfRangeAreClamped) {
     EXPECT_EQ((*model)->materials[0].emissive, glm::vec3(1, 0, 0));
 }
 
+TEST(GltfMaterials, ShineAsStronglyAsTheirExtensionSays) {
+    const auto shining = [](const json& strength) {
+        return load(
+            with_material({{"emissiveFactor", {1, 0.5, 0}},
+                           {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", strength}}}}}}));
+    };
+    const auto model = shining(4);
+    ASSERT_TRUE(model) << model.error().message;
+    EXPECT_EQ((*model)->materials[0].emissive, glm::vec3(4, 2, 0));
+    const auto wrong = shining("much");
+    ASSERT_FALSE(wrong);
+    EXPECT_THAT(wrong.error().message, HasSubstr("emissiveStrength: expected a number"));
+}
+
 json base_texture(json info) {
     return {{"pbrMetallicRoughness", {{"baseColorTexture", std::move(info)}}}};
 }
