@@ -12,6 +12,7 @@
 #include "core/bake/rect_packing.h"
 #include "core/bake/transport.h"
 #include "core/bake/unwrap.h"
+#include "core/world/baked/baked_light_header.h"
 #include "core/world/world.h"
 
 namespace camrig::bake {
@@ -125,14 +126,21 @@ world::ProbeGrid grid_over(const RayScene& scene, const BakeOptions& options) {
 }
 
 std::vector<Source> sources_of(const world::Scene& scene, const RayScene& rays) {
-    std::vector<Source> made{{world::LightSource::sky, 0}, {world::LightSource::ground, 0}};
+    std::vector<Source> made{{world::LightSource::sky}, {world::LightSource::ground}};
     const auto glows = [](const RaySurface& surface) {
         return !surface.is_lit || surface.material->emissive != glm::vec3(0.0f);
     };
-    if (std::ranges::any_of(rays.surfaces(), glows)) made.push_back({world::LightSource::glow, 0});
-    constexpr std::size_t most = 64;
-    for (std::size_t i = 0; i < scene.lights.size() && made.size() < most; ++i)
-        made.push_back({world::LightSource::lamp, i});
+    if (std::ranges::any_of(rays.surfaces(), glows)) made.push_back({world::LightSource::glow});
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        const std::string& group = scene.lights[i].group;
+        const auto same = std::ranges::find_if(made, [&](const Source& source) {
+            return !group.empty() && !source.lamps.empty() && scene.lights[source.lamps.front()].group == group;
+        });
+        if (same != made.end())
+            same->lamps.push_back(i);
+        else if (made.size() < world::max_light_layers)
+            made.push_back({world::LightSource::lamp, {i}});
+    }
     return made;
 }
 
@@ -191,7 +199,7 @@ Result<world::BakedLight> bake(const world::SceneRef& scene, const BakeOptions& 
     light.grid.is_open = std::move(found.is_open);
     for (std::size_t i = 0; i < sources.size(); ++i)
         light.layers.push_back({.source = sources[i].kind,
-                                .lamp = sources[i].lamp,
+                                .lamps = sources[i].lamps,
                                 .texels = packed_texels(map, found.texels[i]),
                                 .probes = std::move(found.probes[i])});
     return light;

@@ -5,9 +5,9 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
-#include <numbers>
 
-#include "core/base/random.h"
+#include "core/bake/area_lamps.h"
+#include "core/bake/ray_sampling.h"
 #include "core/render/scene/view_lights.h"
 #include "core/render/software/lambert.h"
 #include "core/render/software/thread_team.h"
@@ -23,39 +23,11 @@ constexpr float lift_m = 5e-4f;
 /// that, or under it, and counts for nothing.
 constexpr int rays_of_place = 16, most_insides = 2;
 constexpr std::size_t block = 2048;
+/// Beside them, so many to lamps.
+constexpr int lamp_rays_of_place = 4, lamp_rays_of_probe = 256;
 constexpr std::size_t max_layers = 64;
 
 using Gathered = std::array<glm::vec3, max_layers>;
-
-/// Two axes across a unit vector. Duff et al., Building an orthonormal basis, revisited, 2017.
-struct Basis {
-    glm::vec3 right, down, ahead;
-    explicit Basis(const glm::vec3& n) : ahead(n) {
-        const float sign = std::copysign(1.0f, n.z), a = -1.0f / (sign + n.z), b = n.x * n.y * a;
-        right = {1.0f + sign * n.x * n.x * a, sign * b, -sign * n.x};
-        down = {b, sign + n.y * n.y * a, -n.y};
-    }
-    glm::vec3 turned(const glm::vec3& v) const { return right * v.x + down * v.y + ahead * v.z; }
-};
-
-/// Points of a unit square that are spread evenly, moved by a shift: Roberts, The unreasonable effectiveness of
-/// quasirandom sequences, 2018.
-glm::vec2 spread_point(int i, const glm::vec2& shift) {
-    const glm::dvec2 at(0.7548776662466927 * i + shift.x, 0.5698402909980532 * i + shift.y);
-    return glm::vec2(at - glm::floor(at));
-}
-glm::vec3 by_cosine(const glm::vec2& at) {
-    const float radius = std::sqrt(at.x), angle = 2.0f * std::numbers::pi_v<float> * at.y;
-    return {radius * std::cos(angle), radius * std::sin(angle), std::sqrt(std::max(0.0f, 1.0f - at.x))};
-}
-glm::vec3 to_all_sides(const glm::vec2& at) {
-    const float z = 1.0f - 2.0f * at.x, radius = std::sqrt(std::max(0.0f, 1.0f - z * z));
-    const float angle = 2.0f * std::numbers::pi_v<float> * at.y;
-    return {radius * std::cos(angle), radius * std::sin(angle), z};
-}
-glm::vec2 shift_of(std::uint64_t stream, std::uint64_t number) {
-    return {static_cast<float>(random_unit(stream, number, 0)), static_cast<float>(random_unit(stream, number, 1))};
-}
 
 class Solver {
 public:
@@ -67,7 +39,10 @@ public:
           lights_(lights),
           grid_(grid),
           options_(options),
-          team_(std::max(1, options.threads)) {
+          team_(std::max(1, options.threads)),
+          area_lamps_(scene) {
+        const auto glow = std::ranges::find(sources, LightSource::glow, &Source::kind);
+        glow_layer_ = static_cast<std::size_t>(glow - sources.begin());
         for (world::Light light : lights) {
             light.color = glm::vec3(1.0f);
             light.intensity = 1.0f;
@@ -80,7 +55,10 @@ public:
 private:
     bool run(std::size_t count, double share, const std::function<void(std::size_t)>& work);
     void find_direct();
-    glm::vec3 direct(const MapPlace& place, const Source& source, bool both_sides) const;
+    glm::vec3 direct(const MapPlace& place, std::size_t lamp, bool both_sides) const;
+    /// Of surfaces that are lamps, by so many rays from the i-th on.
+    glm::vec3 of_area_lamps(const MapPlace& place, bool both_sides, const std::vector<float>& sums, int first, int rays,
+                            const glm::vec2& shift) const;
     /// What comes along a ray, added by layer; whether it met the inside of something.
     bool look(const Ray& ray, Gathered& sum) const;
     /// False: all of the texel is inside of something.
@@ -100,6 +78,8 @@ private:
     const world::ProbeGrid& grid_;
     const TransportOptions& options_;
     render::software::ThreadTeam team_;
+    AreaLamps area_lamps_;
+    std::size_t glow_layer_ = 0;  ///< the count of layers: none
     double done_ = 0.0;
     std::vector<glm::vec3> albedo_;                                  ///< by texel
     std::vector<std::vector<glm::vec3>> direct_, light_, radiance_;  ///< by layer and texel
@@ -122,11 +102,11 @@ bool Solver::run(std::size_t count, double share, const std::function<void(std::
     return goes_on;
 }
 
-glm::vec3 Solver::direct(const MapPlace& place, const Source& source, bool both_sides) const {
-    const render::scene::LightInView& in_view = of_strength_1_[source.lamp];
+glm::vec3 Solver::direct(const MapPlace& place, std::size_t lamp, bool both_sides) const {
+    const render::scene::LightInView& in_view = of_strength_1_[lamp];
     glm::vec3 towards = in_view.towards;
     float share = 1.0f, length = 1e30f;
-    if (lights_[source.lamp].type != world::LightType::directional) {
+    if (lights_[lamp].type != world::LightType::directional) {
         const auto at = render::software::light_at<render::software::OnePoint>(in_view, place.position);
         towards = at.towards;
         share = at.share;
@@ -142,6 +122,25 @@ glm::vec3 Solver::direct(const MapPlace& place, const Source& source, bool both_
     }
     if (!(cosine > 0.0f) || !(share > 0.0f)) return glm::vec3(0.0f);
     return glm::vec3(cosine * share * scene_.open_share({place.position + side * lift_m, towards, length}));
+}
+
+glm::vec3 Solver::of_area_lamps(const MapPlace& place, bool both_sides, const std::vector<float>& sums, int first,
+                                int rays, const glm::vec2& shift) const {
+    glm::vec3 sum(0.0f);
+    for (int i = first; i < first + rays; ++i) {
+        const auto lamp = area_lamps_.sample(sums, place.position, spread_point(i, shift));
+        if (!lamp) continue;
+        float cosine = glm::dot(place.normal, lamp->towards);
+        glm::vec3 side = place.side;
+        if (both_sides) {
+            if (glm::dot(place.side, lamp->towards) < 0.0f) side = -side;
+            cosine = 0.5f * std::abs(cosine);
+        }
+        if (!(cosine > 0.0f) || glm::dot(side, lamp->towards) <= 0.0f) continue;
+        const Ray ray{place.position + side * lift_m, lamp->towards, lamp->distance - 2.0f * lift_m};
+        sum += lamp->light * (cosine * scene_.open_share(ray));
+    }
+    return sum / static_cast<float>(rays);
 }
 
 void Solver::find_direct() {
@@ -163,9 +162,8 @@ void Solver::find_direct() {
                                      0.0f, 0.98f) /
                           static_cast<float>(points);
             for (std::size_t layer = 0; layer < sources_.size(); ++layer)
-                if (sources_[layer].kind == LightSource::lamp)
-                    direct_[layer][i] +=
-                        direct(place, sources_[layer], is_two_sided(texel)) / static_cast<float>(points);
+                for (const std::size_t lamp : sources_[layer].lamps)
+                    direct_[layer][i] += direct(place, lamp, is_two_sided(texel)) / static_cast<float>(points);
         }
     });
 }
@@ -185,7 +183,7 @@ bool Solver::look(const Ray& ray, Gathered& sum) const {
     const std::int32_t texel = map_.texel_at(*hit);
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
         if (texel >= 0) sum[layer] += radiance_[layer][static_cast<std::size_t>(texel)] * through;
-        if (sources_[layer].kind == LightSource::glow)
+        if (layer == glow_layer_ && !AreaLamps::is_lamp(surface))
             sum[layer] += scene_.glow(hit->surface, hit->triangle, hit->shares) * through;
     }
     return false;
@@ -194,6 +192,11 @@ bool Solver::look(const Ray& ray, Gathered& sum) const {
 bool Solver::gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const {
     const glm::vec2 shift = shift_of(stream, texel.index), moved = shift_of(stream + 1, texel.index);
     const bool both_sides = is_two_sided(texel);
+    static thread_local std::vector<float> lamps;
+    if (!area_lamps_.empty()) {
+        const MapPlace middle = map_.place(texel);
+        area_lamps_.weigh(middle.position, middle.normal, both_sides, lamps);
+    }
     int counted = 0;
     for (int first = 0; first < rays; first += rays_of_place) {
         const MapPlace place = map_.place(texel, spread_point(first / rays_of_place, moved) - 0.5f);
@@ -213,6 +216,10 @@ bool Solver::gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathe
             inside += look({place.position + side * lift_m, along}, part);
         }
         if (inside > most_insides) continue;
+        if (!area_lamps_.empty())
+            part[glow_layer_] += of_area_lamps(place, both_sides, lamps, first / rays_of_place * lamp_rays_of_place,
+                                               lamp_rays_of_place, shift) *
+                                 static_cast<float>(rays_of_place);
         counted += rays_of_place;
         for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] += part[layer];
     }
@@ -325,20 +332,31 @@ void Solver::find_probes(Transport& to, double share) {
         const float part = 1.0f / static_cast<float>(options_.probe_rays);
         to.is_open[number] = static_cast<float>(inside) * part < 0.1f;
         for (auto& layer : to.probes) layer[number] = layer[number].scaled(glm::vec3(part));
-        // Lamps are points: no ray meets them.
-        for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
-            if (sources_[layer].kind != LightSource::lamp) continue;
-            const world::Light& light = lights_[sources_[layer].lamp];
-            if (light.type == world::LightType::directional) continue;
-            const glm::vec3 way = glm::vec3(light.position) - from;
-            const float length = glm::length(way);
-            if (length < 1e-3f) continue;
-            const MapPlace place{from, way / length, way / length, {}};
-            const glm::vec3 arriving = direct(place, sources_[layer], false);
-            // As the two terms of a light from one direction: a quarter, and a half along it.
+        // As the two terms of a light from one direction: a quarter, and a half along it.
+        const auto add = [&](std::size_t layer, const glm::vec3& arriving, const glm::vec3& towards) {
             world::LightProbe& probe = to.probes[layer][number];
             probe.mean += 0.25f * arriving;
-            for (glm::length_t c = 0; c < 3; ++c) probe.along[c] += arriving * (0.5f * place.side[c]);
+            for (glm::length_t c = 0; c < 3; ++c) probe.along[c] += arriving * (0.5f * towards[c]);
+        };
+        // Lamps are points, or as small: no ray meets them.
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
+            for (const std::size_t lamp : sources_[layer].lamps) {
+                const world::Light& light = lights_[lamp];
+                if (light.type == world::LightType::directional) continue;
+                const glm::vec3 way = glm::vec3(light.position) - from;
+                const float length = glm::length(way);
+                if (length < 1e-3f) continue;
+                const MapPlace place{from, way / length, way / length, {}};
+                add(layer, direct(place, lamp, false), place.side);
+            }
+        }
+        static thread_local std::vector<float> lamps;
+        if (!area_lamps_.empty()) area_lamps_.weigh(from, glm::vec3(0.0f), false, lamps);
+        for (int i = 0; !area_lamps_.empty() && i < lamp_rays_of_probe; ++i) {
+            const auto lamp = area_lamps_.sample(lamps, from, spread_point(i, shift));
+            if (!lamp) continue;
+            const float open = scene_.open_share({from, lamp->towards, lamp->distance - lift_m});
+            add(glow_layer_, lamp->light * (open / static_cast<float>(lamp_rays_of_probe)), lamp->towards);
         }
     });
 }
@@ -365,7 +383,7 @@ Transport Solver::solve() {
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
         // A directional light's own part is drawn, with its shadows.
         const bool has_direct = sources_[layer].kind == LightSource::lamp &&
-                                lights_[sources_[layer].lamp].type != world::LightType::directional;
+                                lights_[sources_[layer].lamps.front()].type != world::LightType::directional;
         made.texels[layer] = std::move(light_[layer]);
         if (!has_direct) continue;
         for (std::size_t i = 0; i < made.texels[layer].size(); ++i) made.texels[layer][i] += direct_[layer][i];

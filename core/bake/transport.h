@@ -12,7 +12,7 @@ namespace camrig::bake {
 /// Which source a layer is of.
 struct Source {
     world::LightSource kind = world::LightSource::sky;
-    std::size_t lamp = 0;
+    std::vector<std::size_t> lamps{};  ///< of LightSource::lamp
 };
 
 struct TransportOptions {

@@ -45,7 +45,7 @@ void apply_daylight(Environment& environment, std::vector<Light>& lights) {
     const daylight::Sky sky = sky_of(spec);
     auto sun = std::ranges::find(lights, sun_name, &Light::name);
     if (sun == lights.end()) {
-        lights.insert(lights.begin(), {.name = sun_name});
+        lights.insert(lights.begin(), {.name = sun_name, .group = {}});
         sun = lights.begin();
     }
     sun->type = LightType::directional;

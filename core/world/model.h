@@ -82,7 +82,6 @@ struct Material {
     float occlusion_strength = 1.0f;
     glm::vec3 emissive{0.0f};  ///< linear
     TextureRef emissive_texture;
-    float emissive_strength = 1.0f;  ///< KHR_materials_emissive_strength; counts in photometric models alone
     AlphaMode alpha_mode = AlphaMode::opaque;
     float alpha_cutoff = 0.5f;
     bool double_sided = false;

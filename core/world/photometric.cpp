@@ -14,7 +14,7 @@ std::optional<double> unit_lux(const Environment& environment) {
 ModelRef in_scene_units(const Model& model, double lux) {
     auto made = std::make_shared<Model>(model);
     const auto scale = static_cast<float>(std::numbers::pi / lux);
-    for (Material& material : made->materials) material.emissive *= material.emissive_strength * scale;
+    for (Material& material : made->materials) material.emissive *= scale;
     // Of lights of models the scene takes a pi-th (append_model_lights).
     for (ModelLight& light : made->lights) light.intensity *= scale;
     return made;

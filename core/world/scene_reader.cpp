@@ -1,5 +1,6 @@
 #include "core/world/scene_reader.h"
 
+#include <algorithm>
 #include <set>
 
 #include "core/base/error_list.h"
@@ -48,6 +49,7 @@ private:
     void read_parts();
     void check_references();
     void check_daylight();
+    void check_groups();
     void light_by_day();
     void check_units();
     void use_units();
@@ -245,11 +247,26 @@ void SceneReader::check_daylight() {
             reader_.fail(std::string("environment.") + made, "is made by environment.daylight; leave one of them out");
 }
 
+void SceneReader::check_groups() {
+    for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+        const Light& light = scene_.lights[i];
+        if (light.group.empty()) continue;
+        const std::string at = "lights[" + std::to_string(i) + "]";
+        if (std::ranges::find(scene_.lights, light.group, &Light::name) != scene_.lights.end())
+            reader_.fail(at + ".group", "'" + light.group + "' is the name of a light; groups have others");
+        const Light& first = *std::ranges::find(scene_.lights, light.group, &Light::group);
+        if (light.color != first.color || light.intensity != first.intensity)
+            reader_.fail(at, "has another color or intensity than '" + first.name + "' of its group '" + light.group +
+                                 "', which is switched as one");
+    }
+}
+
 Result<Scene> SceneReader::read() {
     read_parts();
     check_references();
     check_daylight();
     check_units();
+    check_groups();
     if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
     use_units();
     for (const ObjectSpec& object : scene_.objects)

@@ -134,7 +134,7 @@ private:
     std::vector<CameraMove> camera_moves_;
     std::vector<Departure> departures_;
     struct Flicker {
-        std::string light;
+        std::string light;  ///< its switch_name()
         float intensity = 0.0f;
         TimeNs period_ns = 0, began_ns = 0;
         std::optional<TimeNs> until_ns;

@@ -45,6 +45,7 @@ struct Instance {
 /// (the 1/pi of Lambert is folded into intensity). Attenuation and range as in KHR_lights_punctual.
 struct Light {
     std::string name;
+    std::string group;  ///< of lamps that are switched as one and are alike in colour and strength; empty: none
     LightType type = LightType::directional;
     glm::vec3 color{1.0f};
     float intensity = 1.0f;
@@ -58,6 +59,11 @@ struct Light {
     double flicker_hz = 100.0;
     friend bool operator==(const Light&, const Light&) = default;
 };
+
+/// What actions call it by.
+inline const std::string& switch_name(const Light& light) {
+    return light.group.empty() ? light.name : light.group;
+}
 
 /// Linear RGB throughout.
 struct Environment {

@@ -16,6 +16,11 @@ constexpr std::size_t max_camera_moves = 1024;
 /// The stream of a flickering light's chance; no actor has it.
 constexpr std::uint64_t flicker_stream = std::uint64_t{1} << 40;
 
+void set_intensity(StaticSet& statics, const std::string& lights, float intensity) {
+    for (Light& light : statics.lights)
+        if (switch_name(light) == lights) light.intensity = intensity;
+}
+
 }  // namespace
 
 /// Does one action of an event; an error tells why it could not be done, and then it has changed nothing.
@@ -86,17 +91,19 @@ struct ActionRun {
     }
     Result<void> operator()(const LightAction& action) const {
         StaticSet& statics = world.edit_statics();
-        const auto light = std::ranges::find(statics.lights, action.light, &Light::name);
+        const auto light = std::ranges::find(statics.lights, action.light, switch_name);
         if (light == statics.lights.end()) return error(ErrorKind::not_found, "light: no light '" + action.light + "'");
         auto& flickers = world.flickers_;
         // A flicker that is told something else ends as it was meant to be.
         const auto running = std::ranges::find(flickers, action.light, &SceneWorld::Flicker::light);
         if (running != flickers.end()) {
-            light->intensity = running->intensity;
+            set_intensity(statics, action.light, running->intensity);
             flickers.erase(running);
         }
-        if (action.intensity) light->intensity = static_cast<float>(*action.intensity);
-        if (action.color) light->color = *action.color;
+        if (action.intensity) set_intensity(statics, action.light, static_cast<float>(*action.intensity));
+        if (action.color)
+            for (Light& one : statics.lights)
+                if (switch_name(one) == action.light) one.color = *action.color;
         if (action.flicker_hz > 0.0 && flickers.size() < max_flickers) {
             SceneWorld::Flicker flicker{.light = action.light,
                                         .intensity = light->intensity,
@@ -151,13 +158,11 @@ void SceneWorld::run_flickers() {
         Flicker& flicker = flickers_[i];
         const bool ends = flicker.until_ns && now_ns_ >= *flicker.until_ns;
         const auto phase = static_cast<std::uint64_t>((now_ns_ - flicker.began_ns) / flicker.period_ns);
-        const auto index = std::ranges::find(statics_->lights, flicker.light, &Light::name) - statics_->lights.begin();
+        const auto index = std::ranges::find(statics_->lights, flicker.light, switch_name) - statics_->lights.begin();
         const std::uint64_t stream = flicker_stream + static_cast<std::uint64_t>(index);
         const bool on = ends || random_unit(seed_, stream, phase) < 0.5;
         if (on != flicker.is_on) {
-            StaticSet& statics = edit_statics();
-            const auto light = std::ranges::find(statics.lights, flicker.light, &Light::name);
-            light->intensity = on ? flicker.intensity : 0.0f;
+            set_intensity(edit_statics(), flicker.light, on ? flicker.intensity : 0.0f);
             flicker.is_on = on;
         }
         if (ends)

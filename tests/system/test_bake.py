@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import shutil
 import signal
 import subprocess
 
@@ -10,6 +11,8 @@ import numpy as np
 import pytest
 
 import camrig
+from conftest import REPOSITORY
+
 CAMRIG = os.environ["CAMRIG_BIN"]
 
 #: A room with a lamp and a closed box; nothing of the sky comes in.
@@ -88,9 +91,33 @@ def test_a_light_of_another_state_is_told_and_left_alone(room, tmp_path):
     stale, _ = pictures(scene)
     (tmp_path / "room.light").unlink()
     assert (stale == pictures(scene)[0]).all()
-    (tmp_path / "room.light").write_bytes(b"camrig light 1\nnothing")
+    (tmp_path / "room.light").write_bytes(b"camrig light 2\nnothing")
     assert (stale == pictures(scene)[0]).all()
     assert "room.light: " in bake(scene, "--check", code=1).stderr
+
+
+@pytest.mark.parametrize("name", ["hall", "crowd"])
+def test_shipped_scenes_have_the_light_of_their_shapes(name):
+    # After a change of one: tools/assets/light NAME.
+    assert "up to date" in bake(name, "--check").stdout
+
+
+def test_the_light_of_all_shipped_scenes_is_no_more_than_25_mb():
+    files = list((REPOSITORY / "scenes").glob("*.light"))
+    assert {file.stem for file in files} == {"hall", "crowd"}
+    assert sum(file.stat().st_size for file in files) < 25e6
+
+
+def test_a_shipped_scene_is_drawn_with_its_light_by_its_name_alone(tmp_path):
+    bare = tmp_path / "scenes"
+    shutil.copytree(REPOSITORY / "scenes", bare, symlinks=True, ignore=shutil.ignore_patterns("*.light"))
+    pictures = []
+    for scene in ("hall", bare / "hall.json"):
+        with camrig.start(scene, mode="lockstep") as rig:
+            cam = rig.create_camera("c", place="lobby", size=(160, 120), quality="beautiful")
+            rig.step(seconds=0.04)
+            pictures.append(cam.frame().image.astype(int))
+    assert np.abs(pictures[0] - pictures[1]).mean() > 5
 
 
 def test_what_is_wrong_is_said_in_one_line(room, tmp_path):

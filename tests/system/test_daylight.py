@@ -36,7 +36,7 @@ def test_lamps_go_out_and_the_sun_sets_at_once(rig):
     before = mean(cam, rig).mean()
     rig.act({"action": "environment", "daylight": {"azimuth_deg": 300, "elevation_deg": -9}})
     by_lamps = mean(cam, rig).mean()
-    rig.act(*({"action": "light", "light": f"lamp_{i}", "intensity": 0} for i in range(1, 9)))
+    rig.act({"action": "light", "light": "lamps", "intensity": 0})
     without = mean(cam, rig).mean()
     assert before > 1.5 * by_lamps > 3 * without
 
@@ -44,11 +44,12 @@ def test_lamps_go_out_and_the_sun_sets_at_once(rig):
 def test_the_command_line_acts_too(rig):
     control = ["--control", rig.call("server.info")["control"]]
     act = lambda *actions: subprocess.run([os.environ["CAMRIG_BIN"], "event", "act", *map(json.dumps, actions), *control], capture_output=True, text=True, timeout=60)
-    done = act({"action": "light", "light": "lamp_1", "intensity": 0}, {"action": "environment", "exposure": 2})
+    done = act({"action": "light", "light": "lamps", "intensity": 0}, {"action": "environment", "exposure": 2})
     assert done.returncode == 0, done.stderr
-    wrong = act({"action": "light", "light": "lamp_9"})
-    assert wrong.returncode == 1
-    assert "do[0].light: no light 'lamp_9'" in wrong.stderr
+    for name, why in (("lamp_9", "do[0].light: no light 'lamp_9'"), ("lamp_1", "do[0].light: 'lamp_1' is switched with its group 'lamps'; name that")):
+        wrong = act({"action": "light", "light": name})
+        assert wrong.returncode == 1
+        assert why in wrong.stderr
 
 
 def test_fog_comes_and_goes_and_depth_knows_nothing_of_it(rig):

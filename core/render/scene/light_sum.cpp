@@ -23,7 +23,7 @@ std::vector<glm::vec3> layer_weights(const world::StaticSet& statics) {
                 weight = glm::vec3(environment.glow);
                 break;
             case world::LightSource::lamp: {
-                const world::Light& lamp = statics.lights[layer.lamp];
+                const world::Light& lamp = statics.lights[layer.lamps.front()];
                 weight = lamp.color * lamp.intensity;
                 break;
             }

@@ -128,7 +128,7 @@ LightProbe LightProbe::scaled(const glm::vec3& by) const {
 
 std::uint64_t light_key(const Scene& scene) {
     KeyMaker key;
-    key.add(1);  // the way of baking
+    key.add(2);  // the way of baking
     std::vector<const Model*> models;
     for (const ObjectSpec& object : scene.objects) {
         if (!object.clip.empty() || object.attach) continue;
@@ -145,6 +145,7 @@ std::uint64_t light_key(const Scene& scene) {
         add(key, *model);
     }
     for (const Light& light : scene.lights) {
+        key.add(light.group);
         key.add(light.type);
         key.add(light.position);
         // The sun moves on; what was reflected of it is taken for what is.

@@ -22,7 +22,7 @@ enum class LightSource : std::uint8_t {
     sky,     ///< Environment::ambient_sky, from above the horizon, where nothing hides it
     ground,  ///< Environment::ambient_ground, from below
     glow,    ///< what is unlit or emissive, as the models have it
-    lamp     ///< one of Scene::lights; of a directional one only what is reflected, its direct light is drawn
+    lamp  ///< of Scene::lights one, or a group; of a directional one only what is reflected, its direct light is drawn
 };
 
 /// Light at one place in the open: on a surface with normal n it is mean + along * n. Ramamoorthi and Hanrahan, An
@@ -42,7 +42,7 @@ struct LightProbe {
 /// What a source of strength 1 in each channel gives, in units of shading: irradiance over pi.
 struct LightLayer {
     LightSource source = LightSource::sky;
-    std::size_t lamp = 0;               ///< of LightSource::lamp: into Scene::lights
+    std::vector<std::size_t> lamps;     ///< of LightSource::lamp: into Scene::lights, alike in colour and strength
     std::vector<std::uint32_t> texels;  ///< of the map, top row first, as glm::packF3x9_E1x5
     std::vector<LightProbe> probes;     ///< of the grid, x fastest
 };

@@ -20,7 +20,7 @@ namespace {
 
 // A line, the length of a JSON text, the text, and then parts that are compressed each by itself: cuts of the models
 // that are cut, which probes are open, and of each layer its texels and its probes.
-constexpr std::string_view magic = "camrig light 1\n";
+constexpr std::string_view magic = "camrig light 2\n";
 constexpr std::size_t max_header_bytes = std::size_t{16} << 20;
 constexpr std::size_t max_part_bytes = std::size_t{512} << 20;
 

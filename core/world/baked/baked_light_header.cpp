@@ -65,17 +65,19 @@ private:
         for (std::size_t i = 0; i < items.size(); ++i) {
             JsonReader item(items[i], "layers[" + std::to_string(i) + "]");
             std::string source;
-            std::uint64_t lamp = 0;
             item.required("source", source);
-            item.required("lamp", lamp);
+            const json* const lamps = item.find("lamps");
+            if (lamps == nullptr || !lamps->is_array() ||
+                !are_counts(*lamps, lamps->size(), static_cast<std::int64_t>(scene_.lights.size()) - 1))
+                item.fail("lamps", "numbers of lights that the scene has");
             if (auto done = item.finish(); !done) return reader_.fail(done.error());
             const auto known = std::ranges::find(source_names, source);
             if (known == source_names.end()) return reader_.fail("layers", "no source '" + source.substr(0, 40) + "'");
             LightLayer& layer = light_.layers.emplace_back();
             layer.source = static_cast<LightSource>(known - source_names.begin());
-            layer.lamp = lamp;
-            if (layer.source == LightSource::lamp && lamp >= scene_.lights.size())
-                return reader_.fail("layers", "names a lamp that the scene does not have");
+            for (const json& lamp : *lamps) layer.lamps.push_back(lamp.get<std::size_t>());
+            if ((layer.source == LightSource::lamp) == layer.lamps.empty())
+                return reader_.fail("layers", "those of lamps, and no others, name some");
         }
     }
     void read_models() {
@@ -186,7 +188,7 @@ json baked_light_header(const BakedLight& light) {
     json header{{"key", hex(light.key)}, {"size", size_json(light.size)}};
     for (const LightLayer& layer : light.layers)
         header["layers"].push_back(
-            {{"source", source_names[static_cast<std::size_t>(layer.source)]}, {"lamp", layer.lamp}});
+            {{"source", source_names[static_cast<std::size_t>(layer.source)]}, {"lamps", layer.lamps}});
     for (const BakedModel& model : light.models) {
         json primitives = json::array();
         for (const BakedPrimitive& primitive : model.primitives)

@@ -17,7 +17,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::array supported_extensions = {"KHR_materials_unlit", "KHR_texture_transform", "KHR_lights_punctual",
-                                             "KHR_mesh_quantization"};
+                                             "KHR_mesh_quantization", "KHR_materials_emissive_strength"};
 
 constexpr std::array array_members = {
     "accessors", "animations", "bufferViews", "buffers", "cameras", "images",         "materials",
@@ -130,7 +130,8 @@ void check_form(json& root) {
             fail("extensionsRequired",
                  "the file needs the extension " + name.get<std::string>().substr(0, 80) +
                      ", which is not supported; supported: KHR_materials_unlit, "
-                     "KHR_texture_transform, KHR_lights_punctual, KHR_mesh_quantization",
+                     "KHR_texture_transform, KHR_lights_punctual, KHR_mesh_quantization, "
+                     "KHR_materials_emissive_strength",
                  ErrorKind::unsupported);
         }
     }

@@ -36,6 +36,16 @@ void apply_transform(const tinygltf::ExtensionMap& extensions, TextureRef& ref, 
     if (value.Has("texCoord") && value.Get("texCoord").IsInt()) ref.texcoord = value.Get("texCoord").GetNumberAsInt();
 }
 
+/// KHR_materials_emissive_strength: how many times brighter than its factor and texture.
+float emissive_strength(const tinygltf::ExtensionMap& extensions, const std::string& place) {
+    const auto found = extensions.find("KHR_materials_emissive_strength");
+    if (found == extensions.end() || !found->second.Has("emissiveStrength")) return 1.0f;
+    const tinygltf::Value& value = found->second.Get("emissiveStrength");
+    const std::string at = place + ".extensions.KHR_materials_emissive_strength.emissiveStrength";
+    require(value.IsNumber(), at, "expected a number");
+    return factor(value.GetNumberAsDouble(), 1e6, at);
+}
+
 /// A texture without `source` is legal (glTF 2.0, 3.8.2): an extension gives its picture. Without that extension there
 /// is none.
 bool has_picture(const tinygltf::Texture& texture) {
@@ -104,16 +114,6 @@ MaterialVariants read_variants(const nlohmann::json& extras, const std::string& 
     return to;
 }
 
-float emissive_strength(const tinygltf::ExtensionMap& extensions, const std::string& place) {
-    constexpr const char* name = "KHR_materials_emissive_strength";
-    const auto found = extensions.find(name);
-    if (found == extensions.end() || !found->second.Has("emissiveStrength")) return 1.0f;
-    const tinygltf::Value& strength = found->second.Get("emissiveStrength");
-    const std::string at = place + ".extensions." + name + ".emissiveStrength";
-    require(strength.IsNumber(), at, "expected a number");
-    return factor(strength.GetNumberAsDouble(), max_value, at);
-}
-
 Material read_material(const Document& document, const tinygltf::Material& from, const std::string& place) {
     Material to;
     to.name = from.name.substr(0, max_name_bytes);
@@ -134,7 +134,7 @@ Material read_material(const Document& document, const tinygltf::Material& from,
     to.emissive_texture = texture_ref(document, from.emissiveTexture, place + ".emissiveTexture");
     for (glm::length_t i = 0; i < 3; ++i)
         to.emissive[i] = factor(from.emissiveFactor[static_cast<std::size_t>(i)], 1.0, place + ".emissiveFactor");
-    to.emissive_strength = emissive_strength(from.extensions, place);
+    to.emissive *= emissive_strength(from.extensions, place);
     to.alpha_mode = alpha_mode(from.alphaMode, place);
     to.alpha_cutoff = factor(from.alphaCutoff, 1e6, place + ".alphaCutoff");
     to.double_sided = from.doubleSided;

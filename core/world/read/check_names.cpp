@@ -49,7 +49,12 @@ Result<void> check_in(const Entries& entries, const std::string& name, std::stri
 
 Result<void> check_light(const Scene& scene, const std::string& name, const std::string& path) {
     std::set<std::string> lights;
-    for (const Light& light : scene.lights) lights.insert(light.name);
+    for (const Light& light : scene.lights) {
+        if (!light.group.empty() && light.name == name)
+            return refuse(ErrorKind::invalid_argument, path,
+                          "'" + name + "' is switched with its group '" + light.group + "'; name that");
+        lights.insert(switch_name(light));
+    }
     if (scene.environment.daylight) lights.insert(sun_name);
     return check_in(lights, name, "light", path);
 }

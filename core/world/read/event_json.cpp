@@ -176,7 +176,7 @@ std::vector<Kind<Action>> make_actions() {
             {.name = "light",
              .doc = "changes a light",
              .rule = R"({"dependentRequired": {"seconds": ["flicker_hz"]}})"},
-            {required_name_at<&LightAction::light>("light", "name of the light"),
+            {required_name_at<&LightAction::light>("light", "name of the light, or of a group of them"),
              field_at<&LightAction::intensity>({.name = "intensity", .fallback = "as it is", .range = {0.0, 1e9}}),
              new_color<&LightAction::color>("color"),
              field_at<&LightAction::flicker_hz>({.name = "flicker_hz",

@@ -51,6 +51,10 @@ std::vector<FieldOf<Light>> light_fields(LightType type) {
                                         "that faces it",
                             is_placed ? "cd" : "lx"));
     if (is_placed) {
+        table.push_back(name_at<&Light::group>({.name = "group",
+                                                .doc = "any name: of lamps that are switched as one, by this name, and "
+                                                       "have one colour and intensity; bakes as one light",
+                                                .fallback = "none"}));
         table.push_back(vector_at<&Light::position>({.name = "position", .required = true}));
         table.push_back(field_at<&Light::range>(
             {.name = "range", .doc = "fades to nothing there; 0: unlimited", .unit = "m", .range = {0.0, 1e9}}));

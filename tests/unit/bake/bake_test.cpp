@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -46,6 +48,42 @@ TEST(Bake, ALampOverABlackFloorFollowsDistanceAndCosine) {
     for (const double r : {0.0, 1.0, 2.5})
         EXPECT_NEAR(light_at(scene, light, layer, "ground", {r, 0, 0}, up).g, 2.0 / std::pow(4.0 + r * r, 1.5), 0.004)
             << r;
+}
+
+TEST(Bake, LampsOfAGroupAreOneLayerWithTheLightOfAll) {
+    const auto light_of = [](const std::string& lamps) {
+        const auto scene = scene_of({ground}, R"(, "lights": [)" + lamps + "]");
+        const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 64});
+        double sum = 0.0;
+        for (std::size_t i = 0; i < light.layers.size(); ++i)
+            if (light.layers[i].source == LightSource::lamp)
+                sum += light_at(scene, light, i, "ground", {0.3, 0, 0}, up).g;
+        return std::pair(sum, std::ranges::count(light.layers, LightSource::lamp, &world::LightLayer::source));
+    };
+    const auto two = [&](const std::string& more) {
+        return light_of(R"({"name": "a", "type": "point", "position": [0, 0, 2])" + more +
+                        R"(}, {"name": "b", "type": "point", "position": [2, 0, 1])" + more + "}");
+    };
+    const auto [apart, layers_apart] = two("");
+    const auto [together, layers_together] = two(R"(, "group": "lamps")");
+    EXPECT_EQ(layers_apart, 2);
+    EXPECT_EQ(layers_together, 1);
+    EXPECT_NEAR(together, apart, 0.004);
+}
+
+/// A small square of radiance L and area A over a black floor, d below it: L A / (pi d^2).
+TEST(Bake, ALampThatIsASurfaceIsMetByEveryPlace) {
+    const double l = 100.0, side = 0.1, d = 2.0;
+    auto scene = std::make_shared<world::Scene>(
+        *scene_of({ground, {"lamp", {0, 0, d}, {side, side, side}, 0.0}, {"block", {1, 0, 0}, {0.5, 0.5, 0.5}, 0.0}}));
+    auto glowing = std::make_shared<world::Model>(*scene->models.at("lamp").model);
+    for (world::Material& material : glowing->materials) material.emissive = glm::vec3(static_cast<float>(l));
+    scene->models.at("lamp").model = glowing;
+    const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 64, .probe_spacing_m = 4.0});
+    const std::size_t layer = layer_of(light, LightSource::glow);
+    const double below = l * side * side / (std::numbers::pi * d * d);
+    EXPECT_NEAR(light_at(scene, light, layer, "ground", {0, 0, 0}, up).g, below, 0.02 * below);
+    EXPECT_LT(light_at(scene, light, layer, "ground", {1.4, 0, 0}, up).g, 0.01 * below) << "the block hides it";
 }
 
 TEST(Bake, ALampsShadowIsDark) {

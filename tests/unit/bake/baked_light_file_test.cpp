@@ -57,6 +57,21 @@ TEST_F(BakedFile, TakesNoMemoryForMoreTexelsThanCanBe) {
     EXPECT_THAT(read.error().message, ::testing::HasSubstr("layers: more than"));
 }
 
+TEST_F(BakedFile, NamesLampsThatTheSceneHas) {
+    const auto told = [&](const nlohmann::json& lamps) {
+        nlohmann::json text = baked_light_header(light);
+        text["layers"].back()["lamps"] = lamps;
+        const auto read = read_baked_light_header(text, *scene);
+        return read ? std::string() : read.error().message;
+    };
+    EXPECT_EQ(told({0}), "");
+    for (const nlohmann::json& wrong :
+         {nlohmann::json{1}, nlohmann::json{-1}, nlohmann::json(0), nlohmann::json{"lamp"}})
+        EXPECT_THAT(told(wrong), ::testing::HasSubstr("layers[2].lamps: numbers of lights that the scene has"))
+            << wrong;
+    EXPECT_THAT(told(nlohmann::json::array()), ::testing::HasSubstr("those of lamps, and no others"));
+}
+
 TEST_F(BakedFile, HasTheTrianglesOfTheModelsFile) {
     BakedLight forged = light;
     auto& indices = forged.models[0].primitives[0].indices;

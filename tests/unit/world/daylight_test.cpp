@@ -147,6 +147,58 @@ TEST(Act, DoesWhatAnEventWouldOrNothingWhereANameIsUnknown) {
     EXPECT_TRUE(world->take_records().empty());
 }
 
+TEST(Act, SwitchesLampsOfAGroupTogetherAndNoneAlone) {
+    auto scene = empty_scene();
+    scene->lights.clear();
+    for (const char* name : {"a", "b"}) scene->lights.push_back({.name = name, .group = "lamps"});
+    auto world = World::create(scene, 1).value();
+    world->advance_to(ns_per_s);
+    const auto act = [&](const char* text) {
+        return world->act(
+            event((std::string(R"({"name": "x", "when": {"at_s": 99}, "do": [)") + text + "]}").c_str()).actions);
+    };
+    const auto lights = [&](TimeNs t) {
+        world->advance_to(t);
+        return world->snapshot(t)->statics->lights;
+    };
+    ASSERT_TRUE(act(R"({"action": "light", "light": "lamps", "intensity": 0.5, "color": [1, 0, 0]})"));
+    for (const Light& light : lights(ns_per_s)) {
+        EXPECT_EQ(light.intensity, 0.5f);
+        EXPECT_EQ(light.color, glm::vec3(1, 0, 0));
+    }
+    const auto refused = act(R"({"action": "light", "light": "b", "intensity": 0})");
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message, HasSubstr("do[0].light: 'b' is switched with its group 'lamps'; name that"));
+    ASSERT_TRUE(act(R"({"action": "light", "light": "lamps", "flicker_hz": 20, "seconds": 2})"));
+    bool was_off = false;
+    for (TimeNs t = ns_per_s; t <= 4 * ns_per_s; t += 20 * ns_per_ms) {
+        const auto now = lights(t);
+        ASSERT_EQ(now[0].intensity, now[1].intensity) << t;
+        was_off |= now[0].intensity == 0.0f;
+    }
+    EXPECT_TRUE(was_off);
+    EXPECT_EQ(lights(4 * ns_per_s)[1].intensity, 0.5f) << "it ended as it was";
+}
+
+TEST(LightGroups, AreAlikeAndHaveNamesOfTheirOwn) {
+    const auto told = [](const json& second) {
+        json file = by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}});
+        file["lights"] = {{{"name", "a"}, {"type", "point"}, {"position", {0, 0, 3}}, {"group", "lamps"}}, second};
+        const auto scene = load_scene(written(file));
+        return scene ? std::string() : scene.error().message;
+    };
+    json lamp{{"name", "b"}, {"type", "point"}, {"position", {1, 0, 3}}, {"group", "lamps"}};
+    EXPECT_EQ(told(lamp), "");
+    lamp["intensity"] = 2;
+    EXPECT_THAT(told(lamp), HasSubstr("lights[1]: has another color or intensity than 'a' of its group 'lamps'"));
+    lamp["intensity"] = 1;
+    lamp["group"] = "a";
+    EXPECT_THAT(told(lamp), HasSubstr("lights[1].group: 'a' is the name of a light"));
+    EXPECT_THAT(told({{"name", "c"}, {"type", "directional"}, {"direction", {0, 0, -1}}, {"group", "lamps"}}),
+                HasSubstr("group"))
+        << "the sun is in none";
+}
+
 TEST(SceneBase, SaysOnlyWhatIsOtherwise) {
     json base = by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}});
     base["lights"] = {{{"name", "lamp"}, {"type", "point"}, {"position", {0, 0, 3}}, {"intensity", 0}},

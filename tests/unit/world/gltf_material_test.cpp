@@ -62,8 +62,7 @@ TEST(GltfMaterials, EveryFieldIsRead) {
     const Material& m = (*model)->materials[0];
     EXPECT_EQ(m.name, "wood");
     EXPECT_EQ(m.base_color, glm::vec4(0.1f, 0.2f, 0.3f, 0.4f));
-    EXPECT_EQ(m.emissive, glm::vec3(0.1f, 0.2f, 0.3f));
-    EXPECT_EQ(m.emissive_strength, 4.5f);
+    EXPECT_EQ(m.emissive, glm::vec3(0.1f, 0.2f, 0.3f) * 4.5f);
     EXPECT_EQ(m.metallic, 0.5f);
     EXPECT_EQ(m.roughness, 0.75f);
     EXPECT_EQ(m.normal_scale, 0.5f);
@@ -88,6 +87,20 @@ TEST(GltfMaterials, FactorsOutOfRangeAreClamped) {
     EXPECT_EQ((*model)->materials[0].metallic, 1.0f);
     EXPECT_EQ((*model)->materials[0].roughness, 0.0f);
     EXPECT_EQ((*model)->materials[0].emissive, glm::vec3(1, 0, 0));
+}
+
+TEST(GltfMaterials, ShineAsStronglyAsTheirExtensionSays) {
+    const auto shining = [](const json& strength) {
+        return load(
+            with_material({{"emissiveFactor", {1, 0.5, 0}},
+                           {"extensions", {{"KHR_materials_emissive_strength", {{"emissiveStrength", strength}}}}}}));
+    };
+    const auto model = shining(4);
+    ASSERT_TRUE(model) << model.error().message;
+    EXPECT_EQ((*model)->materials[0].emissive, glm::vec3(4, 2, 0));
+    const auto wrong = shining("much");
+    ASSERT_FALSE(wrong);
+    EXPECT_THAT(wrong.error().message, HasSubstr("emissiveStrength: expected a number"));
 }
 
 json base_texture(json info) {

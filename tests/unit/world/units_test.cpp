@@ -17,12 +17,11 @@ namespace {
 using namespace world_test;
 using nlohmann::json;
 
-/// A lamp that is a model: it emits up to 2 at strength 300, and has a light.
+/// A lamp that is a model: it emits, and has a light.
 ModelRef lamp_model() {
     auto model = std::make_shared<Model>();
     Material glass;
-    glass.emissive = {1.0f, 0.5f, 0.0f};
-    glass.emissive_strength = 300.0f;
+    glass.emissive = {300.0f, 150.0f, 0.0f};
     model->materials = {glass};
     model->lights.push_back({.name = "bulb", .type = LightType::point, .intensity = 60.0f});
     Node node;
@@ -60,7 +59,7 @@ TEST(Units, CandelaAndLuxAreSharesOfTheLuxThatAreWhite) {
 TEST(Units, PhotometricModelsHaveTheLightOfTheirFileInTheUnitsOfGltf) {
     const auto plain = read({{"lux", 500}}, false);
     ASSERT_TRUE(plain) << plain.error().message;
-    EXPECT_EQ(plain->models.at("lamp").model->materials[0].emissive, glm::vec3(1.0f, 0.5f, 0.0f)) << "as ever";
+    EXPECT_EQ(plain->models.at("lamp").model->materials[0].emissive, glm::vec3(300.0f, 150.0f, 0.0f)) << "as ever";
     EXPECT_FLOAT_EQ(plain->lights[0].intensity, static_cast<float>(60 / std::numbers::pi)) << "as ever";
 
     const auto scene = read({{"lux", 500}}, true);

@@ -111,12 +111,17 @@ def _people(scene):
 
 def scene():
     scene = Scene("crowd", "A town square by day with a hundred people who stroll, cross it, talk and sit.", seed=1)
-    scene.environment(background=(0.56, 0.71, 0.92), sky=(0.80, 0.85, 0.93), ground=(0.46, 0.43, 0.38))
+    scene.data["environment"] = {
+        "lux": 100e3,
+        "daylight": {"azimuth_deg": 230, "elevation_deg": 50, "turbidity": 4, "ground": (0.3, 0.28, 0.25)},
+        "exposure": 1.6,
+    }
     scene.model("square", "crowd/square.glb")
+    scene.data["models"]["sky"] = {"shape": "sky"}
     for name in CAST:
         scene.model(name, f"hall/{name}.glb", front="+z")
     scene.object("square", "square", "building")
-    scene.light("sun", "directional", color=(1, 0.95, 0.87), intensity=0.85, direction=(0.50, 0.42, -0.85))
+    scene.object("sky", "sky", "sky")
     scene.area("square", [(-WALK, -WALK), (WALK, -WALK), (WALK, WALK), (-WALK, WALK)], _obstacles())
     _people(scene)
     scene.place("west", "from above the western side over the whole square", (-19.8, -2.6, 5.6), (2, 1.0, 0.2), 62)

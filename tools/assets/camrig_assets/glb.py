@@ -94,6 +94,7 @@ class Glb:
         metallic=0.0,
         roughness=0.8,
         emissive=None,
+        emissive_strength=None,
         emissive_texture=None,
         occlusion_texture=None,
         alpha="OPAQUE",
@@ -112,6 +113,8 @@ class Glb:
         item = {"name": name, "pbrMetallicRoughness": pbr}
         if emissive is not None:
             item["emissiveFactor"] = numbers(emissive)
+        if emissive_strength is not None:
+            self._extend(item, "KHR_materials_emissive_strength", {"emissiveStrength": number(emissive_strength)})
         if emissive_texture is not None:
             item["emissiveTexture"] = {"index": emissive_texture}
         if occlusion_texture is not None:
@@ -123,11 +126,16 @@ class Glb:
         if double_sided:
             item["doubleSided"] = True
         if unlit:
-            item["extensions"] = {"KHR_materials_unlit": {}}
-            self.json["extensionsUsed"] = ["KHR_materials_unlit"]
+            self._extend(item, "KHR_materials_unlit", {})
         if extras:
             item["extras"] = extras
         return self._add("materials", item)
+
+    def _extend(self, item, extension, values):
+        item.setdefault("extensions", {})[extension] = values
+        used = self.json.setdefault("extensionsUsed", [])
+        if extension not in used:
+            used.append(extension)
 
     def primitive(
         self, positions, normals, triangles, material, uv=None, uv1=None, colors=None, joints=None, weights=None

@@ -27,11 +27,12 @@ class Scene:
     def __init__(self, name, description, seed):
         self.data = {"camrig_scene": 1, "name": name, "description": description, "seed": seed, "step_ns": 10_000_000}
 
-    def environment(self, background, sky, ground, exposure=1.0):
+    def environment(self, background, sky, ground, exposure=1.0, glow=None):
         self.data["environment"] = {
             "background": background,
             "ambient": {"sky": sky, "ground": ground},
             "exposure": exposure,
+            "glow": glow,
         }
 
     def model(self, name, file, front=None):

@@ -255,7 +255,7 @@ def _lamp_heads():
 def _lamp_lights(scene, intensity):
     """The lamps' light; off by day. They shine from below the head of fittings.lamp."""
     for k, (x, y, z) in enumerate(_lamp_heads()):
-        scene.light(f"lamp_{k + 1}", "spot", color=LAMP_COLOUR, intensity=intensity, position=(x, y, z - 0.14), direction=(0, 0, -1), inner_cone_deg=35, outer_cone_deg=72)
+        scene.light(f"lamp_{k + 1}", "spot", group="lamps", color=LAMP_COLOUR, intensity=intensity, position=(x, y, z - 0.14), direction=(0, 0, -1), inner_cone_deg=35, outer_cone_deg=72)
 
 
 def _variant(name, description, lux, daylight, exposure, lamp_cd):

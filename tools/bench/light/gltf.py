@@ -120,12 +120,13 @@ class Glb:
             start = view.get("byteOffset", 0)
             sampler = self.json["samplers"][entry["sampler"]] if "sampler" in entry else {}
             texture = (self.binary[start:start + view["byteLength"]], sampler.get("wrapS", 10497) == 10497)
+        strength = item.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1.0)
         return Material(
             name=item.get("name", ""),
             base_color=tuple(pbr.get("baseColorFactor", (1, 1, 1, 1))),
             roughness=pbr.get("roughnessFactor", 1.0),
             metallic=pbr.get("metallicFactor", 1.0),
-            emissive=tuple(item.get("emissiveFactor", (0, 0, 0))),
+            emissive=tuple(strength * value for value in item.get("emissiveFactor", (0, 0, 0))),
             texture=texture,
             alpha_mode=item.get("alphaMode", "OPAQUE"),
             alpha_cutoff=item.get("alphaCutoff", 0.5),

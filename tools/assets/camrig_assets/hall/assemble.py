@@ -9,6 +9,9 @@ from .bake import SELF_LIT, bake
 from .structure import to_gltf
 
 MAP_WIDTH = 1024
+#: How many times brighter than white lamps shine, where light is baked.
+LAMP_COLOUR = (1.0, 0.90, 0.76)
+LAMPS = {"lamp_pendant": 4.0, "lamp_downlight": 20.0, "lamp_line": 4.0}
 
 
 def files():
@@ -63,6 +66,10 @@ def _assemble(parts, pieces, size, lightmap, prop_light):
         "props": glb.material("props", texture=furniture, roughness=0.6),
         "leaf": glb.material("leaf", texture=furniture, roughness=0.7, double_sided=True),
         "glow": glb.material("glow", texture=furniture, unlit=True),
+        **{
+            name: glb.material(name, base=(0.8, 0.8, 0.8), emissive=LAMP_COLOUR, emissive_strength=strength)
+            for name, strength in LAMPS.items()
+        },
         "glass": glb.material("glass", base=(0.62, 0.72, 0.72, 0.13), roughness=0.1, alpha="BLEND", double_sided=True),
         "outside": glb.material("outside", texture=street, unlit=True),
         "sky": glb.material("sky", base=(0.86, 0.92, 1.0), unlit=True),
@@ -77,7 +84,7 @@ def _assemble(parts, pieces, size, lightmap, prop_light):
                 mesh.normals,
                 mesh.triangles,
                 materials[material],
-                uv=None if material == "glass" else mesh.uv,
+                uv=None if material == "glass" or material in LAMPS else mesh.uv,
                 colors=np.repeat(prop_light[name, k][:, None], 3, axis=1) if (name, k) in prop_light else None,
             )
             for k, (material, mesh) in enumerate(meshes)

@@ -87,15 +87,12 @@ def pendant():
         plain(tube([(0, 0.16, 0), (0, 1.45, 0)], 0.012, 4), "dark"),
     ]
     lamp = disc(0.325, 16).moved(matrix=[[1, 0, 0], [0, -1, 0], [0, 0, -1]]).moved((0, 0.012, 0))
-    return [("props", join(*drum)), ("glow", plain(lamp, "glow_white"))]
+    return [("props", join(*drum)), ("lamp_pendant", lamp)]
 
 
 def downlight():
     return [
-        (
-            "glow",
-            plain(disc(0.10, 12).moved(matrix=[[1, 0, 0], [0, -1, 0], [0, 0, -1]]).moved((0, -0.012, 0)), "glow_white"),
-        )
+        ("lamp_downlight", disc(0.10, 12).moved(matrix=[[1, 0, 0], [0, -1, 0], [0, 0, -1]]).moved((0, -0.012, 0)))
     ]
 
 
@@ -104,7 +101,7 @@ def light_line(length=3.6):
     body = box((length, 0.07, 0.12), (0, 0.0, 0), ("front", "back", "left", "right"))
     return [
         ("props", plain(body, "white")),
-        ("glow", plain(box((length - 0.02, 0.07, 0.11), (0, -0.002, 0), ("bottom",)), "glow_white")),
+        ("lamp_line", box((length - 0.02, 0.07, 0.11), (0, -0.002, 0), ("bottom",))),
     ]
 
 

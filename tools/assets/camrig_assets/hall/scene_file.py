@@ -7,13 +7,17 @@ from . import plan, routes, story, structure
 from .bake import AMBIENT_GROUND, AMBIENT_SKY, KEY
 
 
+#: Of windows and lamps, where light is baked: outside it is brighter than a picture can be.
+GLOW = 2.4
+
+
 def scene():
     scene = Scene(
         "hall",
         "A public hall of 30 m x 20 m with a gallery, its furniture, and people who walk, stand and talk.",
         seed=1,
     )
-    scene.environment(background=(0.75, 0.83, 0.92), sky=AMBIENT_SKY, ground=AMBIENT_GROUND)
+    scene.environment(background=(0.75, 0.83, 0.92), sky=AMBIENT_SKY, ground=AMBIENT_GROUND, glow=GLOW)
     scene.model("hall", "hall/hall.glb")
     people = sorted({model for _, model, *_ in plan.WALKERS + plan.STANDERS}, key=lambda name: int(name.split("_")[1]))
     for model in people:
