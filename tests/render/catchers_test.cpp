@@ -196,7 +196,7 @@ TEST(Catcher, ShapesThatOnlyCatchHideNobodyAndAreAsDark) {
                     << looking.name << ", " << to_string(antialias) << ", pixel " << i;
                 dark += !roles.shows_picture(caught, i);
             }
-            EXPECT_GT(dark, 50) << looking.name << ", " << to_string(antialias);
+            EXPECT_GT(dark, 40) << looking.name << ", " << to_string(antialias);
         }
     }
 }
@@ -218,7 +218,12 @@ TEST(Catcher, ShapesThatOnlyHideAreNotDarkened) {
                 EXPECT_TRUE(roles.shows_picture(held, i)) << looking.name << ", pixel " << i;
                 // Depth where only boxes are known is theirs.
                 if (std::isinf(std::bit_cast<float>(word(*mixed[1], i)))) {
-                    ASSERT_EQ(word(*mixed[0], i), word(*both[0], i)) << looking.name << ", ground at " << i;
+                    for (int shift = 0; shift < 32; shift += 8) {
+                        const auto code = [&](const auto& from) {
+                            return static_cast<int>(word(*from[0], i) >> shift & 0xFF);
+                        };
+                        ASSERT_NEAR(code(mixed), code(both), 1) << looking.name << ", ground at " << i;
+                    }
                     on_ground += !roles.shows_picture(mixed, i);
                 } else {
                     ASSERT_TRUE(roles.shows_picture(mixed, i)) << looking.name << ", a box at " << i;

@@ -56,11 +56,16 @@ std::vector<Triangle> triangles_of(const world::Snapshot& now, const world::Snap
             const auto b = std::ranges::find(second, a.info, &world::Instance::info);
             if (b == second.end()) continue;
             const world::Model& model = *a.info->model;
+            const world::Look look = world::look_of(model, {});
             for (const int node : model.order) {
                 if (model.nodes[static_cast<std::size_t>(node)].mesh < 0) continue;
                 const auto mesh = static_cast<std::size_t>(model.nodes[static_cast<std::size_t>(node)].mesh);
                 for (const world::Primitive& primitive : model.meshes[mesh].primitives) {
                     if (is_blended(model, primitive)) continue;
+                    // What people of this look do not wear.
+                    if (!look.empty() && primitive.material >= 0 &&
+                        look[static_cast<std::size_t>(primitive.material)].is_hidden)
+                        continue;
                     const auto from = placed(a, node, primitive), to = placed(*b, node, primitive);
                     for (std::size_t i = 0; i + 2 < primitive.indices.size(); i += 3) {
                         Triangle& one = all.emplace_back(Triangle{.object = a.info->id});

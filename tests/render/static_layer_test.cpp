@@ -21,7 +21,6 @@ TestWorld room() {
     TestWorld world;
     world.lights = {
         light_of(world::LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7))),
-        light_of(world::LightType::point, 2.0f, {3.0, 0.5, 1.5}),
         light_of(world::LightType::spot, 9.0f, {3.0, -1.5, 2.5}, glm::normalize(glm::dvec3(0.6, 0.4, -0.8)))};
     std::uint32_t id = 1;
     for (int i = -2; i <= 2; ++i) {
@@ -123,9 +122,28 @@ TEST_F(StaticLayer, NeverShowsInAnyQualityAntialiasingOrLens) {
                 // Of the third and fourth picture; where colour is drawn apart from the rest, both have a layer.
                 const bool is_together = software::SoftwareDrawer::is_plain(view) &&
                                          software::SoftwareDrawer::is_plain(view, frame::FrameKind::depth);
-                EXPECT_EQ(reused() - before, is_together ? 2u : 4u);
+                // Mesa draws a picture in full where people and lamps may change more than half of its light.
+                if (is_together || quality != world::Quality::beautiful) {
+                    EXPECT_EQ(reused() - before, is_together ? 2u : 4u);
+                } else {
+                    EXPECT_GE(reused() - before, 2u);
+                }
             }
         }
+    }
+}
+
+TEST_F(StaticLayer, NeverShowsInTheShadowsOfALampThatShinesToAllSides) {
+    TestWorld lit = room();
+    lit.lights.push_back(light_of(world::LightType::point, 2.0f, {3.0, 0.5, 1.5}));
+    const Moments moments(lit);
+    for (const world::Antialias antialias :
+         {world::Antialias::none, world::Antialias::coverage, world::Antialias::msaa4}) {
+        const TestCamera camera{
+            .size = {97, 61}, .focal_px = 60.0, .antialias = antialias, .quality = world::Quality::beautiful};
+        for (int n = 0; n < 4; ++n)
+            expect_same(moments.at(0.9 * n), camera.view(standing),
+                        std::string(to_string(antialias)) + std::to_string(n));
     }
 }
 
@@ -208,6 +226,7 @@ TEST_F(StaticLayer, FramesSayWhichRowsMayHaveChanged) {
                     for (auto& mover : snapshot->movers) mover.scale = 0.2;
                     snapshot->movers[0].position = {4.2, -1.0 + 0.1 * n, -0.5 + 0.1 * (n / 3)};
                     snapshot->movers[1].position = {5.0, 1.0, n % 4 == 3 ? 50.0 : 0.4};
+                    snapshot->movers[2].position = {5.5, -1.6, -1.0};
                     const std::string what = std::string(to_string(quality)) + " " + std::string(to_string(antialias)) +
                                              " " + std::string(to_string(lens.model)) + ", picture " +
                                              std::to_string(n);

@@ -608,7 +608,6 @@ struct WorldStatus {
     std::string mode = {};  ///< `realtime` or `lockstep`
     std::string overload = {};  ///< `drop` or `slow`
     std::string quality = {};  ///< `fast`, `simple` or `beautiful`: the rig's own
-    double exposure_ev = 0;  ///< EV; -20 to 20: stops by which it is exposed more than the scene's `exposure` has it, before anything is cut at white; of cameras without sensor and backdrop
     bool paused = {};  ///< world time stands still (realtime)
     std::int64_t world_ns = 0;  ///< ns; world time
     std::int64_t step_ns = 0;  ///< ns; the world's own step
@@ -1070,6 +1069,7 @@ inline CameraOptions CameraState::options() const {
     options.near = near;
     options.far = far;
     options.quality = quality;
+    options.exposure_ev = exposure_ev;
     options.controls = controls;
     options.code_strip = code_strip;
     options.clock_text = clock_text;

@@ -123,6 +123,10 @@ AVPixelFormat without_range(AVPixelFormat format) {
     }
 }
 
+bool is_gray(AVPixelFormat format) {
+    return format == AV_PIX_FMT_GRAY8 || format == AV_PIX_FMT_GRAY10 || format == AV_PIX_FMT_GRAY12;
+}
+
 /// A row of opaque pixels from those of its colours.
 void pack(const std::uint8_t* red, const std::uint8_t* green, const std::uint8_t* blue, int width, std::uint8_t* to) {
     for (int x = 0; x < width; ++x) {
@@ -277,10 +281,11 @@ Result<Image> LibavDecoder::converted(ImageSize size) {
     const auto format = static_cast<AVPixelFormat>(frame_->format);
     const AVPixelFormat plain = without_range(format);
     // To planes of colours: of libswscale 6 packed ones are off by up to 90 codes at edges of chroma, and take four
-    // times as long.
+    // times as long. Gray has no chroma, and keeps its range on the way to packed pixels alone.
+    const AVPixelFormat target = is_gray(plain) ? AV_PIX_FMT_RGBA : AV_PIX_FMT_GBRP;
     constexpr int flags = SWS_BILINEAR | SWS_FULL_CHR_H_INT | SWS_ACCURATE_RND | SWS_BITEXACT;
     scaler_.reset(av().sws_getCachedContext(scaler_.release(), size.width, size.height, plain, size.width, size.height,
-                                            AV_PIX_FMT_GBRP, flags, nullptr, nullptr, nullptr));
+                                            target, flags, nullptr, nullptr, nullptr));
     if (scaler_ == nullptr) return no_film("its pixels are of a format that cannot be converted");
     const bool is_full = plain != format || frame_->color_range == AVCOL_RANGE_JPEG;
     const bool is_709 = frame_->colorspace == AVCOL_SPC_BT709 ||
@@ -289,7 +294,7 @@ Result<Image> LibavDecoder::converted(ImageSize size) {
                                   is_full, av().sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, 1 << 16, 1 << 16);
     // libswscale writes whole groups of pixels: into rows with room for them.
     if (planes_->buf[0] == nullptr) {
-        planes_->format = AV_PIX_FMT_GBRP;
+        planes_->format = target;
         planes_->width = size.width;
         planes_->height = size.height;
         if (av().av_frame_get_buffer(planes_.get(), 64) < 0) return no_film("no memory", ErrorKind::resource_exhausted);
@@ -299,9 +304,16 @@ Result<Image> LibavDecoder::converted(ImageSize size) {
     const auto row = [&](int plane, int y) {
         return planes_->data[plane] + static_cast<std::ptrdiff_t>(y) * planes_->linesize[plane];
     };
-    for (int y = 0; y < size.height; ++y)
-        pack(row(2, y), row(0, y), row(1, y), size.width,
-             image.rgba.data() + std::size_t{4} * static_cast<std::size_t>(size.width) * static_cast<std::size_t>(y));
+    const std::size_t bytes_of_row = std::size_t{4} * static_cast<std::size_t>(size.width);
+    for (int y = 0; y < size.height; ++y) {
+        std::uint8_t* const to = image.rgba.data() + bytes_of_row * static_cast<std::size_t>(y);
+        if (target == AV_PIX_FMT_RGBA) {
+            std::memcpy(to, row(0, y), bytes_of_row);
+        } else {
+            pack(row(2, y), row(0, y), row(1, y), size.width, to);
+        }
+    }
+    for (std::size_t i = 3; target == AV_PIX_FMT_RGBA && i < image.rgba.size(); i += 4) image.rgba[i] = 255;
     return image;
 }
 

@@ -91,8 +91,8 @@ std::vector<FieldOf<Light>> light_fields(LightType type) {
 }
 
 void check_light_keys(const Light& light, JsonReader& reader) {
-    for (const char* in_unit : {"candela", "lux"})
-        if (reader.has(in_unit) && reader.has("intensity")) reader.fail(in_unit, "give either it or intensity");
+    const char* const in_unit = light.type == LightType::directional ? "lux" : "candela";
+    if (reader.has(in_unit) && reader.has("intensity")) reader.fail(in_unit, "give either it or intensity");
     if (light.type == LightType::point && reader.has("direction")) reader.fail("direction", "a point light has none");
     if (light.type == LightType::directional && reader.has("position"))
         reader.fail("position", "a directional light has none");
