@@ -204,9 +204,10 @@ void SceneReader::read_parts() {
         return read_all<ObjectSpec>(reader);
     });
     read_list("lights", max_scene_lights, scene_.lights, nullptr, [this](JsonReader& reader) {
-        const char* const unit = reader.has("candela") ? "candela" : reader.has("lux") ? "lux" : nullptr;
         auto light = read_whole_kind(light_kinds(), reader, "type");
-        if (light) lights_in_units_.push_back(unit);
+        if (!light) return light;
+        const char* const unit = light->type == LightType::directional ? "lux" : "candela";
+        lights_in_units_.push_back(reader.has(unit) ? unit : nullptr);
         return light;
     });
     read_list("actors", max_scene_actors, scene_.actors, &things, [this](JsonReader& reader) {

@@ -83,7 +83,8 @@ TEST(Bake, ALampThatIsASurfaceIsMetByEveryPlace) {
     const std::size_t layer = layer_of(light, LightSource::glow);
     const double below = l * side * side / (std::numbers::pi * (d - 0.5 * side) * (d - 0.5 * side));
     EXPECT_NEAR(light_at(scene, light, layer, "ground", {0, 0, 0}, up).g, below, 0.02 * below);
-    EXPECT_LT(light_at(scene, light, layer, "ground", {1.31, 0, 0}, up).g, 0.1 * below) << "the block hides it";
+    EXPECT_LT(light_at(scene, light, layer, "ground", {1.31, 0, 0}, up).g, 0.2 * below)
+        << "the block hides it; without it there would be half as much as below the lamp";
 }
 
 TEST(Bake, ALampsShadowIsDark) {
