@@ -56,7 +56,8 @@ def test_fog_comes_and_goes_and_depth_knows_nothing_of_it(rig):
     cam = rig.create_camera("c", **CORNER)
     mean(cam, rig)
     clear, depth = cam.frame().image.astype(float), cam.depth()
-    rig.act({"action": "environment", "fog": {"visibility_m": 40, "color": [0.5, 0.5, 0.5]}})
+    half = 0.5 / json.load(open("scenes/street-evening.json"))["environment"]["exposure"]
+    rig.act({"action": "environment", "fog": {"visibility_m": 40, "color": [half, half, half]}})
     rig.step(seconds=0.04)
     foggy = cam.frame().image.astype(float)
     far = np.isfinite(depth) & (depth > 80)
