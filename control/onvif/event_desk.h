@@ -84,8 +84,8 @@ private:
     std::map<std::string, Camera> cameras_;
     std::map<std::string, TimeNs> pulses_;  ///< of inputs; when they end, or 0
     std::size_t fetches_ = 0;
-    /// Counted up when the first client subscribes, and when pictures are wanted again: what the rig answers to questions
-    /// of an earlier round is ignored.
+    /// Counted up when the first client subscribes, and when pictures are wanted again: what the rig answers to
+    /// questions of an earlier round is ignored.
     std::uint64_t round_ = 0, picture_round_ = 0;
     TimeNs next_look_ns_ = 0, next_wait_ns_ = 0;
     bool lists_ = false, waits_ = false;

@@ -20,8 +20,8 @@
 
 namespace camrig::rtsp {
 
-/// The RTSP connections: who may come in, what each has asked for, how they are tuned, and how they end. A stranger is a
-/// client that has not shown yet that it may read.
+/// The RTSP connections: who may come in, what each has asked for, how they are tuned, and how they end. A stranger is
+/// a client that has not shown yet that it may read.
 ///
 /// A client that cannot be served gets its status with a reason of our own ("415 RTP carries JPEG of ..."), which is
 /// what programs show to their users. Server thread for every call but counts().

@@ -17,9 +17,9 @@ struct ModelProxies {
 };
 
 /// Nodes say by extras.camrig_proxy what they and those below them are: `ground`, `obstacle` and `wall` are shapes,
-/// `catcher` and `holdout` are such with that role only (ProxyRole), and `walkable` is where people may go. Where no node says anything, all of the model are shapes; where one does, what
-/// says nothing is nothing: helpers, lights, a picture to model by. Errors name the node: another word, more than 5000
-/// walkable triangles.
+/// `catcher` and `holdout` are such with that role only (ProxyRole), and `walkable` is where people may go. Where no
+/// node says anything, all of the model are shapes; where one does, what says nothing is nothing: helpers, lights, a
+/// picture to model by. Errors name the node: another word, more than 5000 walkable triangles.
 Result<ModelProxies> proxies_of_model(const ModelRef& model);
 
 }  // namespace camrig::world
