@@ -35,7 +35,7 @@ def scene(tmp_path):
 def pictures(scene, quality="simple", device="cpu", change=lambda rig: None):
     """Before and after the change, while nobody moves."""
     with camrig.start(scene, mode="lockstep", device=device) as rig:
-        eye = rig.create_camera("eye", size=(320, 160), fps=10, vfov_deg=40, position=(-5, 0, 1.4), look_at=(0, 0, 1), quality=quality)
+        eye = rig.create_camera("eye", size=(320, 160), fps=10, vfov_deg=40, position=(-5, 0, 1.4), look_at=(0, 0, 1), quality=quality, antialias="none")
         rig.step(seconds=0.2)
         before = eye.frame().image.astype(int)
         change(rig)
