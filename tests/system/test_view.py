@@ -13,19 +13,19 @@ from conftest import REPOSITORY, wait_until
 from test_install import CAMRIG, run
 from virtual_display import VirtualDisplay
 
-WIDTH, HEIGHT = 1280, 800
+WIDTH, HEIGHT = 1280, 830
 # The parts of the window have fixed places: tools/view/panels.h.
 SCENE_X, SCENE_WIDTH, SCENE_HEIGHT = 260, WIDTH - 260 - 300, HEIGHT - 170
 NEW, SAVE = (45, 18), (130, 41)
 VFOV_SLIDER_RIGHT, NEW_RTSP, ADD_RTSP = (1170, 81), (1036, 221), (1023, 422)
-CODE_STRIP = (997, 788)  # below what a new output of RTSP is made with, and the outputs, of which there is one
-STEP_200_MS = (476, 648)
+CODE_STRIP = (997, 811)  # below what a new output of RTSP is made with, and the outputs, of which there is one
+STEP_200_MS = (476, 678)
 # Of a camera without outputs. With a fault there is a line more above all but FAULTS.
 FAULTS, FAULT_KIND, DIRT, SEVERITY_QUARTER, SECONDS, COVERAGE_THIRD, SET_DIRT = (1030, 272), (1060, 291), (1030, 384), (1050, 315), (1060, 338), (1060, 361), (1022, 473)
 FIRST_FAULT_X, SHOWN_FAULT = (1016, 289), (1070, 289)
 WIPE = (1063, 490)  # with a fault
 # Of a camera without outputs and, below SENSOR, with a sensor; FOCUS after six turns of the wheel.
-CONTROLS, BRIGHTNESS_HIGH = (1000, 550), (1120, 685)
+CONTROLS, BRIGHTNESS_HIGH = (1000, 573), (1120, 708)
 SENSOR, SENSOR_ON, PRESET, IMX290, EXPOSURE, GAIN_HALF, FOCUS = (1000, 407), (1018, 427), (1100, 450), (1030, 525), (1060, 496), (1084, 519), (1120, 497)
 
 
