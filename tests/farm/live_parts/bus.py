@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
 import subprocess
 import time
@@ -28,10 +29,11 @@ def wait_until(condition: Callable[[], Any], what: str, timeout_s: float = 120.0
 
 
 def run(command: Sequence[str], log: Path, **more: Any) -> subprocess.Popen[bytes]:
-    """Whatever ends us ends it: nobody must be left waiting for a farm that is no more. (By setpriv(1), and not by a function that is called
-    after the fork: an interrupt that comes in Python's own work there is lost.)"""
+    """Whatever ends us ends it, also before it has begun: nobody must be left waiting for a farm that is no more. (By setpriv(1), and not by a
+    function that is called after the fork: an interrupt that comes in Python's own work there is lost.)"""
+    if_we_live = ["setpriv", "--pdeathsig", "KILL", "sh", "-c", '[ "$PPID" = "$0" ] && exec "$@"', str(os.getpid())]
     with open(log, "ab") as to:
-        return subprocess.Popen(["setpriv", "--pdeathsig", "KILL", *command], stdout=to, stderr=to, **more)
+        return subprocess.Popen([*if_we_live, *command], stdout=to, stderr=to, **more)
 
 
 class Bus:

@@ -133,6 +133,7 @@ class Farm:
         return self
 
     def __exit__(self, *_: Any) -> None:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)  # whoever interrupted has been heard
         for node in self.nodes.values():
             if node.process.poll() is None:
                 node.process.send_signal(signal.SIGCONT)
