@@ -126,10 +126,9 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _seed(text: str) -> int:
-    value = int(text)
-    if not 0 <= value < 2**53:
-        raise argparse.ArgumentTypeError("must be 0 to 2^53 - 1")
-    return value
+    if not (text.isascii() and text.isdigit() and len(text) <= 16 and int(text) < 2**53):
+        raise argparse.ArgumentTypeError(f"'{text[:40]}' is not a whole number from 0 to 2^53 - 1")
+    return int(text)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import pytest
 from camrig import CamrigError
 from camrig.farm.batch import plan as plans
 from camrig.farm.batch.pointer import assign
-from camrig.randomize import changes, randomize
+from camrig.randomize import changes, randomize, run
 from camrig.scene_base import on_its_base, open_base
 
 STREET = {
@@ -123,3 +123,10 @@ def test_a_running_rig_is_told_the_same_by_its_methods(tmp_path):
     assert made == changes(STREET, 7, people=["anna", "late"])
     assert ("actor.set", {"name": "late", "variant": made["/actors/late/variant"]}) in rig.calls
     assert rig.calls[-1] == ("event.act", ({"action": "environment", "daylight": made["/environment/daylight"], "exposure": made["/environment/exposure"]},))
+
+
+@pytest.mark.parametrize("seed", ["x", "-1", "1.5", "9007199254740992", "9" * 5000])
+def test_a_seed_that_is_none_is_told(seed, capsys):
+    with pytest.raises(SystemExit):
+        run([seed] if seed[0] != "-" else ["--", seed])
+    assert "is not a whole number from 0 to 2^53 - 1" in capsys.readouterr().err
