@@ -49,7 +49,9 @@ def randomize(rig: Rig, seed: int, kinds: Collection[str] = KINDS) -> dict[str, 
     was changed."""
     path = Path(rig.status()["scene_file"])
     people = [actor["name"] for actor in rig.actors() if actor["class"] == _PERSON]
-    made = changes(on_its_base(read_scene_file(path), path), seed, kinds, people)
+    scene = on_its_base(read_scene_file(path), path)
+    made = changes(scene, seed, kinds, people)
+    groups = {light["name"]: light["group"] for light in scene.get("lights", []) if "group" in light}
     environment: dict[str, Any] = {}
     acts: list[dict[str, Any]] = []
     for place, value in made.items():
@@ -57,7 +59,10 @@ def randomize(rig: Rig, seed: int, kinds: Collection[str] = KINDS) -> dict[str, 
         if of == "environment":
             environment[key] = value
         elif of == "lights":
-            acts.append({"action": "light", "light": name[0], key: value})
+            # Actions know neither members of groups nor units.
+            act = {"action": "light", "light": groups.get(name[0], name[0]), "intensity": value if key == "intensity" else _number(value / scene["environment"]["lux"])}
+            if act not in acts:
+                acts.append(act)
         else:
             rig.set_actor(name[0], **{key: value})
     if environment:
@@ -103,11 +108,12 @@ def _daylight(seed: int) -> dict[str, Any]:
 
 
 def _lamps(scene: Mapping[str, Any], seed: int) -> dict[str, Any]:
-    """Each light between half and one and a half times as strong, and the exposure within half a stop."""
-    made = {
-        f"/lights/{_word(light['name'])}/intensity": _number(light.get("intensity", 1.0) * (0.5 + _unit(seed, "light", light["name"])))
-        for light in scene.get("lights", [])
-    }
+    """Each light, or group of them, between half and one and a half times as strong, and the exposure within half a stop."""
+    made = {}
+    for light in scene.get("lights", []):
+        key = next((unit for unit in ("candela", "lux") if unit in light), "intensity")
+        share = 0.5 + _unit(seed, "light", light.get("group", light["name"]))
+        made[f"/lights/{_word(light['name'])}/{key}"] = _number(light.get(key, 1.0) * share)
     exposure = scene.get("environment", {}).get("exposure", 1.0)
     return made | {"/environment/exposure": _number(exposure * 2 ** (_unit(seed, "exposure") - 0.5))}
 

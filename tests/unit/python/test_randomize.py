@@ -7,7 +7,7 @@ import pytest
 from camrig import CamrigError
 from camrig.farm.batch import plan as plans
 from camrig.farm.batch.pointer import assign
-from camrig.randomize import changes, randomize, run
+from camrig.randomize import changes, main, randomize
 from camrig.scene_base import on_its_base, open_base
 
 STREET = {
@@ -128,5 +128,12 @@ def test_a_running_rig_is_told_the_same_by_its_methods(tmp_path):
 @pytest.mark.parametrize("seed", ["x", "-1", "1.5", "9007199254740992", "9" * 5000])
 def test_a_seed_that_is_none_is_told(seed, capsys):
     with pytest.raises(SystemExit):
-        run([seed] if seed[0] != "-" else ["--", seed])
+        main([seed] if seed[0] != "-" else ["--", seed])
     assert "is not a whole number from 0 to 2^53 - 1" in capsys.readouterr().err
+
+
+def test_lamps_of_a_group_stay_alike_and_units_stay_units():
+    lamps = [{"name": name, "group": "row", "intensity": 2} for name in ("a", "b")] + [{"name": "c", "intensity": 2}, {"name": "d", "candela": 40}]
+    made = changes({"lights": lamps, "environment": {"lux": 100}}, 7, ["light"])
+    assert made["/lights/a/intensity"] == made["/lights/b/intensity"] != made["/lights/c/intensity"]
+    assert 20 <= made["/lights/d/candela"] <= 60 and "/lights/d/intensity" not in made
