@@ -7,6 +7,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "core/render/scene/scene_view.h"
+#include "core/world/look.h"
 
 namespace camrig::render::scene {
 namespace {
@@ -66,11 +67,17 @@ double surface_of(const Capsule& capsule) {
 
 std::vector<JointCapsule> body_of(const world::Model& model) {
     JointPoints points;
+    const world::Look look = world::look_of(model, {});
     for (const int index : model.order) {
         const world::Node& node = model.nodes[static_cast<std::size_t>(index)];
         if (node.mesh < 0 || node.skin < 0) continue;
-        for (const world::Primitive& primitive : model.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+        for (const world::Primitive& primitive : model.meshes[static_cast<std::size_t>(node.mesh)].primitives) {
+            // A bag that is not worn hides nothing.
+            if (!look.empty() && primitive.material >= 0 &&
+                look[static_cast<std::size_t>(primitive.material)].is_hidden)
+                continue;
             add_points(model.skins[static_cast<std::size_t>(node.skin)], primitive, points);
+        }
     }
     std::vector<JointCapsule> body;
     for (const auto& [node, of_joint] : points) {
