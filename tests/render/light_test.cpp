@@ -77,13 +77,16 @@ TEST(Bodies, AreDarkenedByOthersAndNotByThemselves) {
         const auto [x, y] = pixel_of(hall_camera, {4.8, 0.0, 0.0});  // the cube's front
         return draw(world, hall_camera).red(x, y);
     };
-    TestWorld alone = hall_with(leg_and_cube(), {5, 0, -1}), two = alone, none = alone;
+    TestWorld alone = hall_with(leg_and_cube(), {5, 0, -1}), two = alone;
     const int own = darkest(alone);
     two.movers.push_back(instance_of(leg_and_cube(), {4.6, 0.45, -1}, 4));
     EXPECT_LT(darkest(two), own);
-    // A rigid box of the same shape has the light that the body has.
-    none.movers = {instance_of(model_of(box({0.2f, 0.2f, 0.2f}), colored(glm::vec3(0.5f))), {5, 0, 0}, 3)};
-    EXPECT_EQ(darkest(none), own);
+    // Rigid boxes of the same shape have the light that the body has, also below the cube, which sees the leg.
+    TestWorld above = hall_with(leg_and_cube(), {5, 0, 1}), boxes = above;
+    boxes.movers = {instance_of(model_of(box({0.2f, 0.2f, 0.2f}), colored(glm::vec3(0.5f))), {5, 0, 2.0}, 3),
+                    instance_of(model_of(box({0.1f, 0.1f, 0.4f}), colored(glm::vec3(0.5f))), {5, 0, 1.4}, 4)};
+    const auto [x, y] = pixel_of(hall_camera, {4.86, 0.0, 1.8});
+    EXPECT_EQ(draw(above, hall_camera).red(x, y), draw(boxes, hall_camera).red(x, y));
 }
 
 TEST(Fog, LeavesOfEachSurfaceWhatKoschmiederSays) {
