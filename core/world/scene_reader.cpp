@@ -255,8 +255,13 @@ void SceneReader::check_groups() {
         const std::string at = "lights[" + std::to_string(i) + "]";
         if (std::ranges::find(scene_.lights, light.group, &Light::name) != scene_.lights.end())
             reader_.fail(at + ".group", "'" + light.group + "' is the name of a light; groups have others");
-        const Light& first = *std::ranges::find(scene_.lights, light.group, &Light::group);
-        if (light.color != first.color || light.intensity != first.intensity)
+        const auto found = std::ranges::find(scene_.lights, light.group, &Light::group);
+        const Light& first = *found;
+        const auto unit_of = [&](std::size_t of) {
+            return of < lights_in_units_.size() ? lights_in_units_[of] : nullptr;
+        };
+        const bool same_unit = unit_of(i) == unit_of(static_cast<std::size_t>(found - scene_.lights.begin()));
+        if (light.color != first.color || light.intensity != first.intensity || !same_unit)
             reader_.fail(at, "has another color or intensity than '" + first.name + "' of its group '" + light.group +
                                  "', which is switched as one");
     }

@@ -191,7 +191,10 @@ TEST(LightGroups, AreAlikeAndHaveNamesOfTheirOwn) {
     EXPECT_EQ(told(lamp), "");
     lamp["intensity"] = 2;
     EXPECT_THAT(told(lamp), HasSubstr("lights[1]: has another color or intensity than 'a' of its group 'lamps'"));
-    lamp["intensity"] = 1;
+    lamp.erase("intensity");
+    lamp["candela"] = 1;
+    EXPECT_THAT(told(lamp), HasSubstr("lights[1]: has another color or intensity")) << "of another unit";
+    lamp.erase("candela");
     lamp["group"] = "a";
     EXPECT_THAT(told(lamp), HasSubstr("lights[1].group: 'a' is the name of a light"));
     EXPECT_THAT(told({{"name", "c"}, {"type", "directional"}, {"direction", {0, 0, -1}}, {"group", "lamps"}}),
