@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <memory>
 #include <string>
 
@@ -101,7 +100,7 @@ void append(const std::vector<T>& values, std::vector<std::byte>& to) {
 template <typename T>
 void take_values(std::span<const std::byte>& from, std::size_t count, std::vector<T>& to) {
     to.resize(count);
-    std::memcpy(to.data(), from.data(), count * sizeof(T));
+    std::ranges::copy(from.first(count * sizeof(T)), std::as_writable_bytes(std::span(to)).begin());
     from = from.subspan(count * sizeof(T));
 }
 

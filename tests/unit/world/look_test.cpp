@@ -18,10 +18,10 @@ using nlohmann::json;
 using testing::HasSubstr;
 
 /// A triangle with the first of these materials.
-Result<ModelRef> with_materials(json materials) {
+Result<ModelRef> with_materials(const std::vector<json>& materials) {
     GlbBuilder glb;
     glb.mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{"material", 0}});
-    glb.json["materials"] = std::move(materials);
+    glb.json["materials"] = materials;
     return load_model(glb.build(), {}, "test");
 }
 
