@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include <fmt/format.h>
 #include <glm/gtc/packing.hpp>
 
 #include "core/bake/light_map.h"
@@ -169,6 +170,12 @@ std::vector<std::uint32_t> packed_texels(const LightMap& map, const std::vector<
     return made;
 }
 
+std::vector<std::uint32_t> packed(const std::vector<glm::vec3>& light) {
+    std::vector<std::uint32_t> made;
+    for (const glm::vec3& value : light) made.push_back(glm::packF3x9_E1x5(value));
+    return made;
+}
+
 }  // namespace
 
 Result<world::BakedLight> bake(const world::SceneRef& scene, const BakeOptions& options) {
@@ -189,19 +196,27 @@ Result<world::BakedLight> bake(const world::SceneRef& scene, const BakeOptions& 
     const LightMap map(rays, light.size, origins_of(rays, light));
     light.grid = grid_over(rays, options);
     const std::vector<Source> sources = sources_of(*scene, rays);
+    Checkpoint checkpoint(options.checkpoint,
+                          fmt::format("{:016x} {} {} {} {} {}", light.key, light.size.width, light.size.height,
+                                      options.rays, options.bounces, options.texels_per_m));
     const TransportOptions how{.rays = options.rays,
                                .coarse_rays = std::max(16, options.rays / 8),
                                .bounces = options.bounces,
+                               .most_reflections = options.reflections,
                                .threads = options.threads,
+                               .checkpoint = &checkpoint,
                                .progress = options.progress};
-    Transport found = find_transport(rays, map, sources, scene->lights, light.grid, how);
+    Transport found = find_transport(rays, map, sources, *scene, light.grid, how);
     if (!found.is_whole) return error(ErrorKind::unavailable, "it was ended");
+    checkpoint.remove();
     light.grid.is_open = std::move(found.is_open);
+    light.reflection_probes = std::move(found.reflection_probes);
     for (std::size_t i = 0; i < sources.size(); ++i)
         light.layers.push_back({.source = sources[i].kind,
                                 .lamps = sources[i].lamps,
                                 .texels = packed_texels(map, found.texels[i]),
-                                .probes = std::move(found.probes[i])});
+                                .probes = std::move(found.probes[i]),
+                                .reflections = packed(found.reflections[i])});
     return light;
 }
 

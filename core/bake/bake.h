@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 
 #include "core/base/result.h"
@@ -18,7 +19,10 @@ struct BakeOptions {
     int bounces = 5;               ///< before the last
     double probe_spacing_m = 1.0;  ///< wider where there would be more than max_probes
     int max_probes = 40000;
+    std::size_t reflections = 12;  ///< reflection probes at most; fewer where less mirrors
     int threads = 1;
+    /// What was found is kept there until all is, and taken from there; empty: it is not.
+    std::filesystem::path checkpoint = {};
     /// What is done, of 1. False ends it all.
     std::function<bool(double)> progress = {};
 };

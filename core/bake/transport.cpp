@@ -4,10 +4,11 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <mutex>
+#include <limits>
 
 #include "core/bake/area_lamps.h"
 #include "core/bake/ray_sampling.h"
+#include "core/bake/reflections.h"
 #include "core/render/scene/view_lights.h"
 #include "core/render/software/lambert.h"
 #include "core/render/software/thread_team.h"
@@ -22,7 +23,7 @@ constexpr float lift_m = 5e-4f;
 /// A texel's places have so many rays each. A place from which more of them meet the inside of something is within
 /// that, or under it, and counts for nothing.
 constexpr int rays_of_place = 16, most_insides = 2;
-constexpr std::size_t block = 2048;
+constexpr std::size_t block_of_texels = 2048;
 /// Beside them, so many to lamps.
 constexpr int lamp_rays_of_place = 4, lamp_rays_of_probe = 256;
 constexpr std::size_t max_layers = 64;
@@ -31,19 +32,20 @@ using Gathered = std::array<glm::vec3, max_layers>;
 
 class Solver {
 public:
-    Solver(const RayScene& scene, const LightMap& map, std::span<const Source> sources,
-           std::span<const world::Light> lights, const world::ProbeGrid& grid, const TransportOptions& options)
+    Solver(const RayScene& scene, const LightMap& map, std::span<const Source> sources, const world::Scene& of,
+           const world::ProbeGrid& grid, const TransportOptions& options)
         : scene_(scene),
           map_(map),
           sources_(sources),
-          lights_(lights),
+          of_(of),
+          lights_(of.lights),
           grid_(grid),
           options_(options),
           team_(std::max(1, options.threads)),
           area_lamps_(scene) {
         const auto glow = std::ranges::find(sources, LightSource::glow, &Source::kind);
         glow_layer_ = static_cast<std::size_t>(glow - sources.begin());
-        for (world::Light light : lights) {
+        for (world::Light light : lights_) {
             light.color = glm::vec3(1.0f);
             light.intensity = 1.0f;
             of_strength_1_.push_back(render::scene::light_in_view(light, {}, 1.0f));
@@ -53,14 +55,19 @@ public:
     Transport solve();
 
 private:
-    bool run(std::size_t count, double share, const std::function<void(std::size_t)>& work);
+    bool run(std::size_t count, double share, std::size_t block, const std::function<void(std::size_t)>& work);
     void find_direct();
     glm::vec3 direct(const MapPlace& place, std::size_t lamp, bool both_sides) const;
     /// Of surfaces that are lamps, by so many rays from the i-th on.
     glm::vec3 of_area_lamps(const MapPlace& place, bool both_sides, const std::vector<float>& sums, int first, int rays,
                             const glm::vec2& shift) const;
-    /// What comes along a ray, added by layer; whether it met the inside of something.
-    bool look(const Ray& ray, Gathered& sum) const;
+    /// What comes along a ray, added by layer. Rays that are sent to surfaces that are lamps count those.
+    enum class AreaLampsCount : bool { no, yes };
+    struct Met {
+        bool is_inside = false;  ///< of something
+        float distance = std::numeric_limits<float>::infinity();
+    };
+    Met look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps = AreaLampsCount::no) const;
     /// False: all of the texel is inside of something.
     bool gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const;
     bool gather_all(int rays, std::uint64_t stream, double share);
@@ -68,11 +75,13 @@ private:
     void mend_insides();
     void smooth();
     void find_probes(Transport& to, double share);
+    void find_reflections(Transport& to, double share);
     bool is_two_sided(const MapTexel& texel) const { return scene_.surfaces()[texel.surface].material->double_sided; }
 
     const RayScene& scene_;
     const LightMap& map_;
     std::span<const Source> sources_;
+    const world::Scene& of_;
     std::span<const world::Light> lights_;
     std::vector<render::scene::LightInView> of_strength_1_;  ///< the same, where they are in the world
     const world::ProbeGrid& grid_;
@@ -86,7 +95,7 @@ private:
     std::vector<std::uint8_t> is_open_;                              ///< by texel: not inside of something
 };
 
-bool Solver::run(std::size_t count, double share, const std::function<void(std::size_t)>& work) {
+bool Solver::run(std::size_t count, double share, std::size_t block, const std::function<void(std::size_t)>& work) {
     const std::size_t blocks = (count + block - 1) / block;
     std::atomic<std::size_t> finished = 0;
     std::atomic<bool> goes_on = true;
@@ -150,7 +159,7 @@ void Solver::find_direct() {
         all->assign(sources_.size(), std::vector<glm::vec3>(texels.size()));
     albedo_.resize(texels.size());
     is_open_.resize(texels.size());
-    run(texels.size(), 0.02, [&](std::size_t i) {
+    run(texels.size(), 0.02, block_of_texels, [&](std::size_t i) {
         const MapTexel& texel = texels[i];
         const world::Material& material = *scene_.surfaces()[texel.surface].material;
         const glm::vec2 shift = shift_of(1, texel.index);
@@ -168,25 +177,26 @@ void Solver::find_direct() {
     });
 }
 
-bool Solver::look(const Ray& ray, Gathered& sum) const {
+Solver::Met Solver::look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps) const {
     float through = 1.0f;
     const auto hit = scene_.first_hit(ray, through);
     if (!hit) {
         const auto kind = ray.along.z > 0.0f ? LightSource::sky : LightSource::ground;
         for (std::size_t layer = 0; layer < sources_.size(); ++layer)
             if (sources_[layer].kind == kind) sum[layer] += through;
-        return false;
+        return {};
     }
     const RaySurface& surface = scene_.surfaces()[hit->surface];
-    const bool is_inside = !hit->is_front && !surface.material->double_sided && surface.is_lit;
-    if (is_inside) return true;
+    const glm::vec3 at = surface.position_at(hit->triangle, hit->shares);
+    Met met{!hit->is_front && !surface.material->double_sided && surface.is_lit, glm::distance(ray.from, at)};
+    if (met.is_inside) return met;
     const std::int32_t texel = map_.texel_at(*hit);
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
         if (texel >= 0) sum[layer] += radiance_[layer][static_cast<std::size_t>(texel)] * through;
-        if (layer == glow_layer_ && !AreaLamps::is_lamp(surface))
+        if (layer == glow_layer_ && (lamps == AreaLampsCount::yes || !AreaLamps::is_lamp(surface)))
             sum[layer] += scene_.glow(hit->surface, hit->triangle, hit->shares) * through;
     }
-    return false;
+    return met;
 }
 
 bool Solver::gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const {
@@ -213,7 +223,7 @@ bool Solver::gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathe
             }
             // A bent normal sends rays behind the surface: nothing comes from there.
             if (glm::dot(along, side) <= 0.0f) continue;
-            inside += look({place.position + side * lift_m, along}, part);
+            inside += look({place.position + side * lift_m, along}, part).is_inside;
         }
         if (inside > most_insides) continue;
         if (!area_lamps_.empty())
@@ -230,7 +240,7 @@ bool Solver::gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathe
 
 bool Solver::gather_all(int rays, std::uint64_t stream, double share) {
     const auto& texels = map_.texels();
-    return run(texels.size(), share, [&](std::size_t i) {
+    return run(texels.size(), share, block_of_texels, [&](std::size_t i) {
         Gathered sum{};
         is_open_[i] = gather(texels[i], rays, stream, sum);
         for (std::size_t layer = 0; layer < sources_.size(); ++layer) light_[layer][i] = sum[layer];
@@ -284,10 +294,10 @@ void Solver::mend_insides() {
 void Solver::smooth() {
     const auto& texels = map_.texels();
     std::vector<MapPlace> places(texels.size());
-    run(texels.size(), 0.005, [&](std::size_t i) { places[i] = map_.place(texels[i]); });
+    run(texels.size(), 0.005, block_of_texels, [&](std::size_t i) { places[i] = map_.place(texels[i]); });
     for (int pass = 0; pass < 2; ++pass) {
         auto made = light_;
-        run(texels.size(), 0.005, [&](std::size_t i) {
+        run(texels.size(), 0.005, block_of_texels, [&](std::size_t i) {
             float weight = 0.0f;
             Gathered sum{};
             each_neighbor(map_, texels[i], 2, [&](std::size_t other, int dx, int dy) {
@@ -312,7 +322,7 @@ void Solver::find_probes(Transport& to, double share) {
     const std::size_t count = grid_.size();
     to.probes.assign(sources_.size(), std::vector<world::LightProbe>(count));
     to.is_open.assign(count, 0);
-    run(count, share, [&](std::size_t number) {
+    run(count, share, block_of_texels, [&](std::size_t number) {
         const auto x = number % static_cast<std::size_t>(grid_.count.x);
         const auto y = number / static_cast<std::size_t>(grid_.count.x) % static_cast<std::size_t>(grid_.count.y);
         const auto z = number / static_cast<std::size_t>(grid_.count.x) / static_cast<std::size_t>(grid_.count.y);
@@ -322,7 +332,7 @@ void Solver::find_probes(Transport& to, double share) {
         for (int i = 0; i < options_.probe_rays; ++i) {
             const glm::vec3 along = to_all_sides(spread_point(i, shift));
             Gathered sum{};
-            inside += look({from, along}, sum);
+            inside += look({from, along}, sum).is_inside;
             for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
                 world::LightProbe& probe = to.probes[layer][number];
                 probe.mean += sum[layer];
@@ -361,24 +371,47 @@ void Solver::find_probes(Transport& to, double share) {
     });
 }
 
+void Solver::find_reflections(Transport& to, double share) {
+    to.reflection_probes.places = reflection_places(scene_, of_, grid_, to.is_open, options_.most_reflections);
+    const auto& places = to.reflection_probes.places;
+    std::vector<ReflectionView> views(places.size());
+    const auto look_along = [this](const Ray& ray, std::span<glm::vec3> by_layer) {
+        return look(ray, by_layer, AreaLampsCount::yes).distance;
+    };
+    run(places.size(), share, 1,
+        [&](std::size_t i) { views[i] = reflection_view(places[i], sources_.size(), look_along); });
+    to.reflections.assign(sources_.size(), {});
+    for (const ReflectionView& view : views) {
+        to.reflection_probes.nearness.insert(to.reflection_probes.nearness.end(), view.nearness.begin(),
+                                             view.nearness.end());
+        for (std::size_t layer = 0; layer < view.texels.size(); ++layer)
+            to.reflections[layer].insert(to.reflections[layer].end(), view.texels[layer].begin(),
+                                         view.texels[layer].end());
+    }
+}
+
 Transport Solver::solve() {
     Transport made;
     find_direct();
     const double coarse = options_.coarse_rays * options_.bounces, fine = options_.rays;
     const double part = 0.9 / (coarse + fine);
+    const int done = options_.checkpoint != nullptr ? options_.checkpoint->resume(light_) : 0;
     find_radiance();
-    for (int bounce = 0; bounce < options_.bounces; ++bounce) {
+    done_ += part * options_.coarse_rays * std::min(done, options_.bounces);
+    for (int bounce = done; bounce < options_.bounces; ++bounce) {
         if (!gather_all(options_.coarse_rays, 100 + 2 * static_cast<std::uint64_t>(bounce),
                         part * options_.coarse_rays))
             return made;
         mend_insides();
         find_radiance();
+        if (options_.checkpoint != nullptr) options_.checkpoint->keep(bounce + 1, light_);
     }
     if (!gather_all(options_.rays, 10, part * fine)) return made;
     mend_insides();
     find_radiance();
     smooth();
-    find_probes(made, 0.06);
+    find_probes(made, 0.05);
+    find_reflections(made, 0.01);
     made.texels.assign(sources_.size(), {});
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
         // A directional light's own part is drawn, with its shadows.
@@ -395,9 +428,8 @@ Transport Solver::solve() {
 }  // namespace
 
 Transport find_transport(const RayScene& scene, const LightMap& map, std::span<const Source> sources,
-                         std::span<const world::Light> lights, const world::ProbeGrid& grid,
-                         const TransportOptions& options) {
-    return Solver(scene, map, sources, lights, grid, options).solve();
+                         const world::Scene& of, const world::ProbeGrid& grid, const TransportOptions& options) {
+    return Solver(scene, map, sources, of, grid, options).solve();
 }
 
 }  // namespace camrig::bake

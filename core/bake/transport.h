@@ -3,8 +3,9 @@
 #include <functional>
 #include <vector>
 
+#include "core/bake/checkpoint.h"
 #include "core/bake/light_map.h"
-#include "core/world/snapshot.h"
+#include "core/world/scene.h"
 
 /// How light gets from its sources to the places of a map, over surfaces that scatter it to all sides.
 namespace camrig::bake {
@@ -16,11 +17,13 @@ struct Source {
 };
 
 struct TransportOptions {
-    int rays = 512;         ///< of a texel, for what is drawn
-    int coarse_rays = 64;   ///< of a texel, for each bounce before
-    int bounces = 5;        ///< beside the last
-    int probe_rays = 1024;  ///< of a probe
+    int rays = 512;                    ///< of a texel, for what is drawn
+    int coarse_rays = 64;              ///< of a texel, for each bounce before
+    int bounces = 5;                   ///< beside the last
+    int probe_rays = 1024;             ///< of a probe
+    std::size_t most_reflections = 0;  ///< reflection probes
     int threads = 1;
+    Checkpoint* checkpoint = nullptr;  ///< null: nothing is kept
     /// What is done, of 1; from the thread that asked. False ends it all.
     std::function<bool(double)> progress = {};
 };
@@ -30,14 +33,15 @@ struct Transport {
     std::vector<std::vector<glm::vec3>> texels;
     std::vector<std::vector<world::LightProbe>> probes;
     std::vector<std::uint8_t> is_open;  ///< by probe
-    bool is_whole = false;              ///< it was not ended
+    world::ReflectionProbes reflection_probes;
+    std::vector<std::vector<glm::vec3>> reflections;  ///< by layer, as LightLayer has them
+    bool is_whole = false;                            ///< it was not ended
 };
 
 /// Each pass gathers at every texel what its rays meet: the sky, what glows, and other texels with what the pass before
 /// left there (Goral et al., Modeling the interaction of light between diffuse surfaces, 1984, solved by rays). The
 /// same numbers with any number of threads.
 Transport find_transport(const RayScene& scene, const LightMap& map, std::span<const Source> sources,
-                         std::span<const world::Light> lights, const world::ProbeGrid& grid,
-                         const TransportOptions& options);
+                         const world::Scene& of, const world::ProbeGrid& grid, const TransportOptions& options);
 
 }  // namespace camrig::bake

@@ -86,6 +86,8 @@ struct Material {
     float alpha_cutoff = 0.5f;
     bool double_sided = false;
     bool unlit = false;
+    /// Glass: what it lets through goes into base_color and alpha_mode blend; what it mirrors is not thinned by alpha.
+    float transmission = 0.0f;
     MaterialVariants variants;
 };
 

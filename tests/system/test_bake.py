@@ -1,11 +1,14 @@
 """`camrig bake`: a scene's light in a file beside it, what quality beautiful makes of it, and what becomes of a file that is no longer right."""
 
+import base64
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
+import time
 
 import numpy as np
 import pytest
@@ -91,12 +94,12 @@ def test_a_light_of_another_state_is_told_and_left_alone(room, tmp_path):
     stale, _ = pictures(scene)
     (tmp_path / "room.light").unlink()
     assert (stale == pictures(scene)[0]).all()
-    (tmp_path / "room.light").write_bytes(b"camrig light 2\nnothing")
+    (tmp_path / "room.light").write_bytes(b"camrig light 3\nnothing")
     assert (stale == pictures(scene)[0]).all()
     assert "room.light: " in bake(scene, "--check", code=1).stderr
 
 
-@pytest.mark.parametrize("name", ["hall", "crowd"])
+@pytest.mark.parametrize("name", ["hall", "crowd", "street"])
 def test_shipped_scenes_have_the_light_of_their_shapes(name):
     # After a change of one: tools/assets/light NAME.
     assert "up to date" in bake(name, "--check").stdout
@@ -104,7 +107,7 @@ def test_shipped_scenes_have_the_light_of_their_shapes(name):
 
 def test_the_light_of_all_shipped_scenes_is_no_more_than_25_mb():
     files = list((REPOSITORY / "scenes").glob("*.light"))
-    assert {file.stem for file in files} == {"hall", "crowd"}
+    assert {file.stem for file in files} == {"hall", "crowd", "street"}
     assert sum(file.stat().st_size for file in files) < 25e6
 
 
@@ -127,6 +130,79 @@ def test_what_is_wrong_is_said_in_one_line(room, tmp_path):
     empty = tmp_path / "empty.json"
     empty.write_text(json.dumps({"camrig_scene": 1, "name": "empty", "models": {}, "objects": []}))
     assert "nothing in this scene stands still and is lit" in bake(empty, code=1).stderr
+
+
+def test_a_bake_that_was_ended_goes_on_where_it_was_and_gives_the_same_bytes(room, tmp_path):
+    options = (room, "--texels-per-m", "10", "--rays", "256", "--bounces", "3")
+    whole, out = tmp_path / "whole.light", tmp_path / "ended.light"
+    bake(*options, "-o", whole)
+    part = pathlib.Path(f"{out}.part")
+    process = subprocess.Popen([CAMRIG, "bake", *map(str, options), "-o", out], stderr=subprocess.DEVNULL)
+    while process.poll() is None and not (part.exists() and part.read_bytes().split(b"\n")[0].endswith(b" passes 3")):
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+    assert part.exists() and not out.exists()
+    shares = [float(share) for share in re.findall(r"([0-9.]+) %", bake(*options, "-o", out).stderr)]
+    assert not [share for share in shares if 5 < share < 20]  # three of four passes were not done again
+    assert out.read_bytes() == whole.read_bytes() and not part.exists()
+    # What was found for other options, or is cut short, is not taken.
+    part.write_bytes(b"camrig bake 1 something else\n")
+    bake(*options, "-o", out)
+    assert out.read_bytes() == whole.read_bytes()
+
+
+#: A floor that mirrors, and a lamp on the wall behind it.
+MIRROR = {
+    **ROOM, "name": "mirror", "events": [], "lights": [],
+    "objects": [*(item for item in ROOM["objects"] if item["name"] not in ("floor", "crate")), {"name": "mirror", "model": "mirror", "position": [0, 0, -0.2]}, {"name": "panel", "model": "panel", "position": [2.75, 0, 1]}],
+    "cameras": [{**ROOM["cameras"][0], "pose": {"position": [-2.4, 0, 1.5], "pan_deg": 0, "tilt_deg": -25}}],
+}
+
+
+def box(size, **material):
+    """A box that stands on z = 0, as glTF has it: z along -y, x along x, y up."""
+    x, y, z = size[0] / 2, size[2], size[1] / 2
+    corners = [(sx * x, h, sz * z) for h in (0, y) for sz in (1, -1) for sx in (-1, 1)]
+    faces = [((0, -1, 0), (0, 2, 3, 1)), ((0, 1, 0), (4, 5, 7, 6)), ((0, 0, 1), (0, 1, 5, 4)), ((0, 0, -1), (3, 2, 6, 7)), ((-1, 0, 0), (2, 0, 4, 6)), ((1, 0, 0), (1, 3, 7, 5))]
+    positions = np.array([corners[i] for _, face in faces for i in face], np.float32)
+    normals = np.array([normal for normal, face in faces for _ in face], np.float32)
+    indices = np.array([4 * i + k for i in range(6) for k in (0, 1, 2, 0, 2, 3)], np.uint16)
+    parts = [positions.tobytes(), normals.tobytes(), indices.tobytes()]
+    views = [{"buffer": 0, "byteOffset": sum(map(len, parts[:i])), "byteLength": len(part)} for i, part in enumerate(parts)]
+    return {
+        "asset": {"version": "2.0"}, "buffers": [{"byteLength": sum(map(len, parts)), "uri": "data:application/octet-stream;base64," + base64.b64encode(b"".join(parts)).decode()}],
+        "bufferViews": views, "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 24, "type": "VEC3", "min": positions.min(0).tolist(), "max": positions.max(0).tolist()},
+            {"bufferView": 1, "componentType": 5126, "count": 24, "type": "VEC3"}, {"bufferView": 2, "componentType": 5123, "count": 36, "type": "SCALAR"}],
+        "materials": [material], "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0}]}],
+        "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}], "scene": 0, "extensionsUsed": ["KHR_materials_emissive_strength", "KHR_materials_transmission"],
+    }
+
+
+def test_a_mirror_shows_what_is_there_and_where_it_is(tmp_path):
+    scene = dict(MIRROR, models={**ROOM["models"], "mirror": {"file": "mirror.gltf"}, "panel": {"file": "panel.gltf"}})
+    black = {"baseColorFactor": [0, 0, 0, 1], "metallicFactor": 0}
+    (tmp_path / "mirror.gltf").write_text(json.dumps(box((6, 6, 0.2), pbrMetallicRoughness={**black, "roughnessFactor": 0.02})))
+    (tmp_path / "panel.gltf").write_text(json.dumps(box((0.1, 1, 1), pbrMetallicRoughness=black, emissiveFactor=[1, 1, 1], extensions={"KHR_materials_emissive_strength": {"emissiveStrength": 8}})))
+    file = tmp_path / "mirror.json"
+    file.write_text(json.dumps(scene))
+    bake(file, *COARSE)
+    with camrig.start(str(file), mode="lockstep") as rig:
+        rig.step(seconds=0.5)
+        eye = rig.camera("eye")
+        picture = eye.frame().image.astype(int).sum(axis=2)
+        # The panel from y = -0.5 to 0.5 and z = 1 to 2 at x = 2.7 stands as far below the floor as above it.
+        (left, top), (right, bottom) = eye.project(np.array([[2.7, 0.5, -1], [2.7, -0.5, -2]]))
+        floor_row = int(eye.project(np.array([[2.7, 0, 0]]))[0][1])
+        rig.act({"action": "environment", "glow": 0})
+        rig.step(seconds=0.5)
+        dark = eye.frame().image.astype(int).sum(axis=2)
+    rows, columns = np.nonzero(picture[floor_row + 2:] > 0.5 * picture[floor_row + 2:].max())
+    assert abs(columns.mean() - (left + right) / 2) < 3
+    assert abs(rows.mean() + floor_row + 2 - (top + bottom) / 2) < 6
+    assert (right - left) * 0.7 < np.ptp(columns) < (right - left) * 1.4
+    assert dark[floor_row + 2:].max() < 0.1 * picture[floor_row + 2:].max()
 
 
 def test_it_ends_at_once_when_it_is_interrupted_and_leaves_nothing(room, tmp_path):

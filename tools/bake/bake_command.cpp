@@ -32,6 +32,10 @@ void BakeCommand::add_options(CLI::App& app) {
                    "metres between the places that moving things take their light from")
         ->capture_default_str()
         ->check(CLI::Range(0.05, 1000.0));
+    app.add_option("--reflections", options.reflections,
+                   "places that mirroring surfaces see their surroundings from, at most; fewer where less mirrors")
+        ->capture_default_str()
+        ->check(CLI::Range(std::size_t{0}, world::max_reflection_probes));
     app.add_option("--threads", options.threads, "the light is the same with any number")
         ->capture_default_str()
         ->check(CLI::Range(1, 256));
@@ -55,6 +59,8 @@ std::vector<std::string> BakeCommand::words() const {
                                   std::to_string(options.bounces),
                                   "--probe-spacing",
                                   text(options.probe_spacing_m),
+                                  "--reflections",
+                                  std::to_string(options.reflections),
                                   "--threads",
                                   std::to_string(options.threads)};
     if (!out.empty()) made.insert(made.end(), {"--out", out.string()});

@@ -75,6 +75,9 @@ int main(int argc, char** argv) {
     if (command.checks) return check(**scene, command.out);
     std::signal(SIGINT, [](int) { is_ended = true; });
     std::signal(SIGTERM, [](int) { is_ended = true; });
+    // Ended by Ctrl-C, or by the machine: the next time it goes on from its last bounce.
+    command.options.checkpoint = command.out;
+    command.options.checkpoint += ".part";
     ProgressLine progress;
     command.options.progress = std::ref(progress);
     const auto light = camrig::bake::bake(*scene, command.options);
@@ -82,8 +85,8 @@ int main(int argc, char** argv) {
     if (!light) return fail((*scene)->file.string() + ": " + light.error().message);
     const std::vector<std::byte> bytes = world::encode_baked_light(*light);
     if (auto written = camrig::write_atomically(command.out, bytes); !written) return fail(written.error().message);
-    std::printf("%s: %.1f MB, a map of %d x %d texels in %zu layers, %zu probes\n", command.out.c_str(),
-                static_cast<double>(bytes.size()) / 1e6, light->size.width, light->size.height, light->layers.size(),
-                light->grid.size());
+    std::printf("%s: %.1f MB, a map of %d x %d texels in %zu layers, %zu probes, %zu for reflections\n",
+                command.out.c_str(), static_cast<double>(bytes.size()) / 1e6, light->size.width, light->size.height,
+                light->layers.size(), light->grid.size(), light->reflection_probes.places.size());
     return 0;
 }

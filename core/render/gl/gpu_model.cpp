@@ -108,7 +108,8 @@ UvSlots assign_uv_slots(const world::Material& material) {
 MaterialBlock block_of(const world::Material& material, const UvSlots& slots) {
     MaterialBlock block{};
     block.base_color = material.base_color;
-    block.emissive = glm::vec4(material.emissive, material.alpha_cutoff);
+    const bool is_blended = material.alpha_mode == world::AlphaMode::blend;
+    block.emissive = glm::vec4(material.emissive, is_blended ? material.transmission : material.alpha_cutoff);
     block.factors =
         glm::vec4(material.metallic, material.roughness, material.normal_scale, material.occlusion_strength);
     for (int i = 0; i < slots.count; ++i) {

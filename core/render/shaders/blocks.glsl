@@ -28,7 +28,7 @@ layout(std140, binding = 1) uniform DrawBlock { Draw draw; };
 #define MAX_UV 5
 layout(std140, binding = 2) uniform MaterialBlock {
     vec4 base_color;
-    vec4 emissive;         // w: alpha cutoff
+    vec4 emissive;         // w: alpha cutoff; of what is blended, its transmission
     vec4 factors;          // metallic, roughness, normal scale, occlusion strength
     vec4 uv_rows[2 * MAX_UV];  // per used texture coordinate: KHR_texture_transform as two affine rows
 } material;

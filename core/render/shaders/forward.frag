@@ -89,6 +89,10 @@ vec3 shade_one(Surface s, vec3 l, vec3 radiance) {
     return radiance * nl * (s.diffuse * (1.0 - fresnel) + fresnel * s.gain * (a2 / (d * d) * visibility));
 }
 
+float mean(vec3 v) {
+    return (v.r + v.g + v.b) / 3.0;
+}
+
 vec2 table_place(float cosine, float roughness) {
     return vec2(cosine, roughness) * ((TABLE_SIDE - 1.0) / TABLE_SIDE) + 0.5 / TABLE_SIDE;
 }
@@ -157,12 +161,19 @@ void main() {
     s.alpha = max(roughness * roughness, 0.002);
     s.diffuse = base.rgb * (1.0 - metallic);
     s.f0 = mix(vec3(0.04), base.rgb, metallic);
+#ifdef BLEND
+    bool is_glass = material.emissive.w > 0.0;
+    if (is_glass) s.diffuse *= base.a;
+#endif
 
     // The surroundings, by the split sum: what of a uniform white world would be reflected, times what is there.
     float nv = clamp(dot(n, s.view), 0.0, 1.0);
     vec2 reflectance = textureLod(reflectance_table, table_place(nv, roughness), 0.0).rg;
     s.gain = 1.0 + s.f0 * (1.0 / (reflectance.x + reflectance.y) - 1.0);
     vec3 mirror = (s.f0 * reflectance.x + reflectance.y) * s.gain;
+#ifdef BLEND
+    if (is_glass) mirror *= 2.0 / (1.0 + mean(mirror));  // a pane mirrors at both of its sides
+#endif
     float height = dot(reflect(-s.view, n), view.up.xyz);
     float sky = textureLod(sky_table, table_place(0.5 + 0.5 * height, roughness), 0.0).r;
     vec3 mirrored = max(mix(view.ground.rgb, view.sky.rgb, sky), 0.0);
@@ -205,6 +216,14 @@ void main() {
     emissive *= texture(emissive_texture, in_uv[EMISSIVE_UV]).rgb;
 #endif
     color += emissive;
+#endif
+#if defined(GGX) && defined(BLEND)
+    if (is_glass) {
+        // What it sends by itself is not thinned by alpha; what outshines it hides more of what lies behind.
+        float most = max(color.r, max(color.g, color.b));
+        base.a = clamp(max(max(1.0 - (1.0 - base.a) * (1.0 - mean(mirror)), most), 1e-3), 0.0, 1.0);
+        color /= base.a;
+    }
 #endif
 #ifdef GGX
     if (view.ground.w > 0.0) color = pbr_neutral(color);

@@ -33,6 +33,7 @@ std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& st
     made->map.texels = std::move(sum.texels);
     made->scale = sum.scale;
     made->probes = scene::sum_probes(light, weights);
+    made->reflections = scene::sum_reflections(light, weights);
     made->weights = std::move(weights);
     for (const world::Instance& object : statics.objects)
         for (const world::Mesh& mesh : object.info->model->meshes)

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <optional>
 
+#include "core/render/scene/reflections.h"
 #include "core/render/software/software_model.h"
 #include "core/world/snapshot.h"
 
@@ -17,6 +18,7 @@ struct BakedPicture {
     SoftwareImage map;
     float scale = 1.0f;  ///< of the map's light
     std::vector<world::LightProbe> probes;
+    scene::ReflectionMaps reflections;
     std::map<const world::Primitive*, SampledTexture> of_primitives;  ///< the map, with the coordinates of each
 };
 

@@ -38,17 +38,12 @@ CAMRIG_LANES IntLanes are_darkened(const ViewDraw& draw, const SurfacePoints& po
     const Lanes3 normal = turned * (1.0f / sqrt(max(dot(turned, turned), lanes(1e-30f))));
     const Lanes3 position = rays * points.z;
     IntLanes found{};
-    const auto look = [&](std::span<const ShadowInView> maps, const Lanes3& towards) __attribute__((always_inline)) {
-        if (maps.empty()) return;
-        const Lanes cosine = dot(normal, towards);
-        found |= lit_share<Isa>(maps, true, position, normal, cosine) !=
-                 lit_share<Isa>(maps, false, position, normal, cosine);
-    };
-    const SurfaceLights& lights = *draw.lights;
-    for (std::size_t i = 0; i < lights.directional.size(); ++i)
-        look(lights.directional_shadows[i], splat(lights.directional[i].towards));
-    for (std::size_t i = 0; i < lights.local.size(); ++i)
-        look(lights.local_shadows[i], light_at<PointGroup>(lights.local[i], position).towards);
+    each_light(*draw.lights, true, position, [&](const ArrivingLight& light) __attribute__((always_inline)) {
+        if (light.shadows.empty()) return;
+        const Lanes cosine = dot(normal, light.towards);
+        found |= lit_share<Isa>(light.shadows, true, position, normal, cosine) !=
+                 lit_share<Isa>(light.shadows, false, position, normal, cosine);
+    });
     return found;
 }
 

@@ -96,6 +96,10 @@ public:
     const BakedPicture* baked() const { return baked_.get(); }
     /// What a value of its map stands for.
     const glm::vec3& light_of_map() const { return light_of_map_; }
+    /// Null: none, or no baked light.
+    const scene::ReflectionsInView* reflections() const {
+        return reflections_.maps != nullptr ? &reflections_ : nullptr;
+    }
     /// Of all that is kept of the view.
     std::int64_t bytes() const;
     const scene::AmbientInView& light() const { return light_; }
@@ -146,6 +150,7 @@ private:
     std::vector<ShadowInView> shadows_;
     std::shared_ptr<const BakedPicture> baked_;  ///< of quality beautiful
     glm::vec3 light_of_map_{1.0f};
+    scene::ReflectionsInView reflections_;
     const scene::BodiesInView* bodies_ = nullptr;  ///< null: nobody
     std::vector<SurfaceLights> lights_;            ///< per light set of the scene; made when first drawn with
     std::vector<bool> lights_made_;

@@ -57,6 +57,26 @@ CAMRIG_LANES LightAtPoint<P> light_at(const scene::LightInView& light, const typ
     return {direction, window * cone * cone / distance2};
 }
 
+/// A light as it comes to points.
+struct ArrivingLight {
+    Lanes3 towards;  ///< unit
+    Lanes3 color;
+    std::span<const ShadowInView> shadows;  ///< its maps
+};
+/// Each light of a surface; `with_local`: not those from far away alone.
+template <typename Use>
+CAMRIG_LANES void each_light(const SurfaceLights& lights, bool with_local, const Lanes3& position, const Use& use) {
+    for (std::size_t i = 0; i < lights.directional.size(); ++i) {
+        const scene::LightInView& light = lights.directional[i];
+        use(ArrivingLight{PointGroup::vector(light.towards), PointGroup::vector(light.color),
+                          lights.directional_shadows[i]});
+    }
+    for (std::size_t i = 0; with_local && i < lights.local.size(); ++i) {
+        const LightAtPoint<PointGroup> at = light_at<PointGroup>(lights.local[i], position);
+        use(ArrivingLight{at.towards, PointGroup::vector(lights.local[i].color) * at.share, lights.local_shadows[i]});
+    }
+}
+
 /// Everything that reaches a Lambert surface but the ambient part.
 template <typename P>
 CAMRIG_LANES typename P::Vector lambert(const SurfaceLights& lights, const typename P::Vector& n,

@@ -5,6 +5,7 @@
 #include "core/render/software/contact_light.h"
 #include "core/render/software/lambert.h"
 #include "core/render/software/lanes_math.h"
+#include "core/render/software/reflection_light.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/shadow_lookup.h"
 #include "core/render/software/tone_curve.h"
@@ -131,8 +132,10 @@ struct Mirror {
     Lanes3 share, light;
 };
 
+/// arriving: light from all around.
 template <typename Isa>
-CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, Lanes roughness) {
+CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, Lanes roughness, const Lanes3& position,
+                             const Lanes3& arriving) {
     const SplitSum& tables = split_sum();
     const scene::AmbientInView& light = geometry.light();
     const TablePlace at = table_place(s.view_cosine, roughness);
@@ -145,23 +148,43 @@ CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, L
     const Lanes height = dot(ray, splat(light.up));
     const Lanes sky = looked_up<Isa>(tables.sky.data(), table_place(0.5f + 0.5f * height, roughness));
     const Lanes3 around = splat(light.ground) + splat(light.sky - light.ground) * sky;
-    return {share, {max(around.x, Lanes{}), max(around.y, Lanes{}), max(around.z, Lanes{})}};
+    Mirror mirror{share, {max(around.x, Lanes{}), max(around.y, Lanes{}), max(around.z, Lanes{})}};
+    if (geometry.baked() == nullptr) return mirror;
+    // What of sky and ground comes to the surface comes to its mirror image.
+    const Lanes3 open = hemisphere<PointGroup>(light, s.normal);
+    const auto part = [](Lanes of, Lanes all) __attribute__((always_inline)) { return of / max(all, lanes(1e-6f)); };
+    mirror.light = mirror.light * Lanes3{part(arriving.x, open.x), part(arriving.y, open.y), part(arriving.z, open.z)};
+    // Where images are to be seen in it, it is what is there.
+    constexpr float roughest = world::reflection_levels.back().roughness, fading = 0.1f;
+    if (geometry.reflections() == nullptr || Isa::bits(roughness < roughest) == 0) return mirror;
+    const Lanes sharp = clamp01((roughest - roughness) * (1.0f / fading));
+    mirror.light =
+        mirror.light * (1.0f - sharp) + light_along<Isa>(*geometry.reflections(), position, ray, roughness) * sharp;
+    return mirror;
 }
 
-/// The light of one lamp on the surface, where it comes through.
-struct Lamp {
-    Lanes3 towards;
-    Lanes3 color;
-    std::span<const ShadowInView> shadows;
-};
+CAMRIG_LANES Lanes mean(const Lanes3& v) {
+    return (v.x + v.y + v.z) * (1.0f / 3.0f);
+}
+
+/// Light that a surface sends by itself, which alpha does not thin, as a color to be blended by that alpha. What
+/// outshines it hides more of what lies behind.
+CAMRIG_LANES Rgba blended_over(const Lanes3& light, Lanes alpha) {
+    const Lanes most = max(light.x, max(light.y, light.z));
+    const Lanes a = clamp01(max(max(alpha, most), lanes(1e-3f)));
+    return {light * (1.0f / a), a};
+}
+
+/// What of a light the surface sends on.
 template <typename Isa>
-CAMRIG_LANES void add_lamp(const SurfaceResponse& s, const Lamp& lamp, const Lanes3& position, const Lanes3& geometric,
-                           bool has_movers, Lanes3& sum) {
-    const Lanes cosine = dot(s.normal, lamp.towards);
+CAMRIG_LANES void add_reflected(const SurfaceResponse& s, const ArrivingLight& arriving, const Lanes3& position,
+                                const Lanes3& geometric, bool has_movers, Lanes3& sum) {
+    const Lanes cosine = dot(s.normal, arriving.towards);
     if (Isa::bits(cosine > 0.0f) == 0) return;
-    Lanes3 light = lamp.color * reflected(s, lamp.towards, cosine);
-    if (!lamp.shadows.empty())
-        light = light * lit_share<Isa>(lamp.shadows, has_movers, position, geometric, dot(geometric, lamp.towards));
+    Lanes3 light = arriving.color * reflected(s, arriving.towards, cosine);
+    if (!arriving.shadows.empty())
+        light =
+            light * lit_share<Isa>(arriving.shadows, has_movers, position, geometric, dot(geometric, arriving.towards));
     const IntLanes is_before = cosine > 0.0f;
     sum = sum + select(is_before, light, Lanes3{});
 }
@@ -187,10 +210,15 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
     s.view_cosine = clamp01(dot(s.normal, s.view));
     s.alpha = max(roughness * roughness, lanes(0.002f));
     s.diffuse = base.rgb * (1.0f - metallic);
+    const bool is_glass = material.transmission > 0.0f;
+    if (is_glass) s.diffuse = s.diffuse * base.a;
     const Lanes dielectric = 0.04f * (1.0f - metallic);
     s.f0 = Lanes3{dielectric, dielectric, dielectric} + base.rgb * metallic;
 
-    Mirror mirror = mirrored<Isa>(geometry, s, roughness);
+    const Lanes3 around = light_around<Isa>(geometry, draw, points, s.normal);
+    Mirror mirror = mirrored<Isa>(geometry, s, roughness, position, around);
+    // A pane mirrors at both of its sides.
+    if (is_glass) mirror.share = mirror.share * (2.0f / (1.0f + mean(mirror.share)));
     Lanes occlusion = lanes(1.0f);
     if (draw.textures[occlusion_slot] != nullptr) {
         const Lanes red = sampled<Isa>(draw, occlusion_slot, TextureChannels::red, points)[0];
@@ -202,36 +230,22 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
         mirror.light = mirror.light * clamp01(power - 1.0f + occlusion);
     }
     const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
-    const Lanes3 around = light_around<Isa>(geometry, draw, points, s.normal);
-    if (geometry.baked() != nullptr) {
-        // What of sky and ground comes to the surface comes to its mirror image.
-        const Lanes3 open = hemisphere<PointGroup>(geometry.light(), s.normal);
-        const auto part = [](Lanes arriving, Lanes of)
-                              __attribute__((always_inline)) { return arriving / max(of, lanes(1e-6f)); };
-        mirror.light = mirror.light * Lanes3{part(around.x, open.x), part(around.y, open.y), part(around.z, open.z)};
-    }
     Lanes3 sum = s.diffuse * (one - mirror.share) * around * occlusion + mirror.share * mirror.light;
     if (geometry.bodies() != nullptr)
         sum = sum * open_share<Isa>(*geometry.bodies(), draw.placed->object->id, has_movers, position, geometric);
-    const SurfaceLights& lights = *draw.lights;
-    for (std::size_t i = 0; i < lights.directional.size(); ++i) {
-        const scene::LightInView& light = lights.directional[i];
-        add_lamp<Isa>(s, {splat(light.towards), splat(light.color), lights.directional_shadows[i]}, position, geometric,
-                      has_movers, sum);
-    }
     // Lamps are in baked light.
-    for (std::size_t i = 0; geometry.baked() == nullptr && i < lights.local.size(); ++i) {
-        const LightAtPoint<PointGroup> local = light_at<PointGroup>(lights.local[i], position);
-        add_lamp<Isa>(s, {local.towards, splat(lights.local[i].color) * local.share, lights.local_shadows[i]}, position,
-                      geometric, has_movers, sum);
-    }
+    each_light(*draw.lights, geometry.baked() == nullptr, position,
+               [&](const ArrivingLight& light) __attribute__((always_inline)) {
+                   add_reflected<Isa>(s, light, position, geometric, has_movers, sum);
+               });
     Lanes3 emissive = splat(material.emissive * exposure);
     if (draw.textures[emissive_slot] != nullptr) {
         const auto texture = sampled<Isa>(draw, emissive_slot, TextureChannels::rgb, points);
         emissive = emissive * Lanes3{texture[0], texture[1], texture[2]};
     }
-    const Lanes3 light = sum + emissive;
-    to = {geometry.has_tone_curve() ? pbr_neutral(light) : light, base.a};
+    Rgba made{sum + emissive, base.a};
+    if (is_glass) made = blended_over(made.rgb, 1.0f - (1.0f - base.a) * (1.0f - mean(mirror.share)));
+    to = {geometry.has_tone_curve() ? pbr_neutral(made.rgb) : made.rgb, made.a};
 }
 
 template <typename Isa>
@@ -240,23 +254,15 @@ CAMRIG_LANES void arriving_body(const ViewGeometry& geometry, const ViewDraw& dr
     const Lanes3 normal = unit(turned(draw.optical_from_normal, points.normal));
     const Lanes3 position = rays * points.z;
     to = light_around<Isa>(geometry, draw, points, normal);
-    const auto add = [&](const Lanes3& towards, const Lanes3& color, std::span<const ShadowInView> shadows)
-                         __attribute__((always_inline)) {
-                             const Lanes cosine = max(dot(normal, towards), Lanes{});
-                             if (Isa::bits(cosine > 0.0f) == 0) return;
-                             Lanes3 light = color * cosine;
-                             if (!shadows.empty())
-                                 light = light * lit_share<Isa>(shadows, has_movers, position, normal, cosine);
-                             to = to + light;
-                         };
-    const SurfaceLights& lights = *draw.lights;
-    for (std::size_t i = 0; i < lights.directional.size(); ++i)
-        add(splat(lights.directional[i].towards), splat(lights.directional[i].color), lights.directional_shadows[i]);
-    // Lamps are in baked light.
-    for (std::size_t i = 0; geometry.baked() == nullptr && i < lights.local.size(); ++i) {
-        const LightAtPoint<PointGroup> local = light_at<PointGroup>(lights.local[i], position);
-        add(local.towards, splat(lights.local[i].color) * local.share, lights.local_shadows[i]);
-    }
+    each_light(*draw.lights, geometry.baked() == nullptr, position,
+               [&](const ArrivingLight& arriving) __attribute__((always_inline)) {
+                   const Lanes cosine = max(dot(normal, arriving.towards), Lanes{});
+                   if (Isa::bits(cosine > 0.0f) == 0) return;
+                   Lanes3 light = arriving.color * cosine;
+                   if (!arriving.shadows.empty())
+                       light = light * lit_share<Isa>(arriving.shadows, has_movers, position, normal, cosine);
+                   to = to + light;
+               });
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "core/base/image_size.h"
+#include "core/world/baked/reflection_probes.h"
 
 /// Light that was found before anything is drawn (`camrig bake`, core/bake): how much of what each source sends out
 /// reaches each place of what stands still, over all bounces. It is transport and no light: sources may change their
@@ -45,6 +46,9 @@ struct LightLayer {
     std::vector<std::size_t> lamps;     ///< of LightSource::lamp: into Scene::lights, alike in colour and strength
     std::vector<std::uint32_t> texels;  ///< of the map, top row first, as glm::packF3x9_E1x5
     std::vector<LightProbe> probes;     ///< of the grid, x fastest
+    /// What reflection probes see of it, as radiance in units of shading: probe after probe, reflection_levels, rows;
+    /// packed as texels.
+    std::vector<std::uint32_t> reflections;
 };
 
 /// A primitive cut into charts that lie flat in the map: vertices on their borders are there once for each chart.
@@ -103,6 +107,7 @@ struct BakedLight {
     std::vector<BakedModel> models;
     std::vector<BakedObject> objects;
     ProbeGrid grid;
+    ReflectionProbes reflection_probes;
 };
 using BakedLightRef = std::shared_ptr<const BakedLight>;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <memory>
 #include <string>
 
@@ -18,8 +19,9 @@ namespace camrig::world {
 namespace {
 
 // A line, the length of a JSON text, the text, and then parts that are compressed each by itself: cuts of the models
-// that are cut, which probes are open, and of each layer its texels and its probes.
-constexpr std::string_view magic = "camrig light 2\n";
+// that are cut, which probes are open, how near reflection probes see things, and of each layer its texels, its probes
+// and its reflections.
+constexpr std::string_view magic = "camrig light 3\n";
 constexpr std::size_t max_header_bytes = std::size_t{16} << 20;
 constexpr std::size_t max_part_bytes = std::size_t{512} << 20;
 
@@ -172,6 +174,11 @@ Result<void> read_layers(Reader& reader, BakedLight& light) {
     if (!open) return std::unexpected(open.error());
     std::span<const std::byte> left(*open);
     take_values(left, light.grid.size(), light.grid.is_open);
+    const std::size_t reflections = light.reflection_probes.places.size();
+    const auto nearness = reader.take_part(reflections * texels_of_nearness * sizeof(std::uint16_t));
+    if (!nearness) return std::unexpected(nearness.error());
+    left = *nearness;
+    take_values(left, reflections * texels_of_nearness, light.reflection_probes.nearness);
     for (LightLayer& layer : light.layers) {
         const auto texels = reader.take_part(bytes_of_light_texel * static_cast<std::size_t>(light.size.pixels()));
         if (!texels) return std::unexpected(texels.error());
@@ -184,6 +191,9 @@ Result<void> read_layers(Reader& reader, BakedLight& light) {
         if (!std::ranges::all_of(floats, [](float value) { return std::abs(value) < 1e9f; }))
             return error(ErrorKind::invalid_argument, "a probe is no number");
         layer.probes = probes_of(floats);
+        const auto seen = reader.take_part(bytes_of_light_texel * reflections * texels_of_reflection);
+        if (!seen) return std::unexpected(seen.error());
+        layer.reflections = unpack_light_texels(*seen);
     }
     return {};
 }
@@ -206,9 +216,11 @@ std::vector<std::byte> encode_baked_light(const BakedLight& light) {
         writer.add_part(part);
     }
     writer.add_part(bytes_of(light.grid.is_open));
+    writer.add_part(bytes_of(light.reflection_probes.nearness));
     for (const LightLayer& layer : light.layers) {
         writer.add_part(pack_light_texels(layer.texels));
         writer.add_part(bytes_of(floats_of(layer.probes)));
+        writer.add_part(pack_light_texels(layer.reflections));
     }
     return writer.take();
 }

@@ -1,6 +1,7 @@
 #include "core/world/baked/baked_light_header.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include <fmt/format.h>
@@ -43,6 +44,7 @@ public:
         read_models();
         read_objects();
         read_grid();
+        read_reflection_probes();
         if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
         light_.key = light_key(scene_);
         if (key != hex(light_.key))
@@ -169,6 +171,18 @@ private:
         if (auto done = item.finish(); !done) reader_.fail(done.error());
     }
 
+    void read_reflection_probes() {
+        for (const json& given : reader_.array("reflection_probes", max_reflection_probes)) {
+            const auto is_coordinate = [](const json& item) {
+                return item.is_number() && std::abs(item.get<double>()) < 1e9;
+            };
+            if (!given.is_array() || given.size() != 3 || !std::ranges::all_of(given, is_coordinate))
+                return reader_.fail("reflection_probes", "places [x, y, z]");
+            light_.reflection_probes.places.emplace_back(given[0].get<float>(), given[1].get<float>(),
+                                                         given[2].get<float>());
+        }
+    }
+
     JsonReader reader_;
     const Scene& scene_;
     BakedLightHeader header_;
@@ -210,6 +224,9 @@ json baked_light_header(const BakedLight& light) {
     header["grid"] = {{"first", {light.grid.first.x, light.grid.first.y, light.grid.first.z}},
                       {"spacing_m", light.grid.spacing_m},
                       {"count", {light.grid.count.x, light.grid.count.y, light.grid.count.z}}};
+    header["reflection_probes"] = json::array();
+    for (const glm::vec3& place : light.reflection_probes.places)
+        header["reflection_probes"].push_back({place.x, place.y, place.z});
     return header;
 }
 

@@ -16,8 +16,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::array supported_extensions = {"KHR_materials_unlit", "KHR_texture_transform", "KHR_lights_punctual",
-                                             "KHR_mesh_quantization", "KHR_materials_emissive_strength"};
+constexpr std::array supported_extensions = {
+    "KHR_materials_unlit",   "KHR_texture_transform",           "KHR_lights_punctual",
+    "KHR_mesh_quantization", "KHR_materials_emissive_strength", "KHR_materials_transmission"};
 
 constexpr std::array array_members = {
     "accessors", "animations", "bufferViews", "buffers", "cameras", "images",         "materials",
@@ -131,7 +132,7 @@ void check_form(json& root) {
                  "the file needs the extension " + name.get<std::string>().substr(0, 80) +
                      ", which is not supported; supported: KHR_materials_unlit, "
                      "KHR_texture_transform, KHR_lights_punctual, KHR_mesh_quantization, "
-                     "KHR_materials_emissive_strength",
+                     "KHR_materials_emissive_strength, KHR_materials_transmission",
                  ErrorKind::unsupported);
         }
     }

@@ -46,6 +46,22 @@ float emissive_strength(const tinygltf::ExtensionMap& extensions, const std::str
     return factor(value.GetNumberAsDouble(), 1e6, at);
 }
 
+/// KHR_materials_transmission, by its factor: light of a share of it goes through, in the material's color, and is
+/// not scattered. What is blended over is dimmed alike in all channels: by the mean of the color.
+void let_through(const tinygltf::ExtensionMap& extensions, const std::string& place, Material& to) {
+    const auto found = extensions.find("KHR_materials_transmission");
+    if (found == extensions.end() || !found->second.Has("transmissionFactor")) return;
+    const tinygltf::Value& value = found->second.Get("transmissionFactor");
+    const std::string at = place + ".extensions.KHR_materials_transmission.transmissionFactor";
+    require(value.IsNumber(), at, "expected a number");
+    to.transmission = factor(value.GetNumberAsDouble(), 1.0, at);
+    if (to.transmission == 0.0f) return;
+    const glm::vec3 color(to.base_color);
+    const float kept = 1.0f - to.transmission * (color.r + color.g + color.b) / 3.0f;
+    to.base_color = glm::vec4(color * ((1.0f - to.transmission) / std::max(kept, 1e-3f)), to.base_color.a * kept);
+    to.alpha_mode = AlphaMode::blend;
+}
+
 /// A texture without `source` is legal (glTF 2.0, 3.8.2): an extension gives its picture. Without that extension there
 /// is none.
 bool has_picture(const tinygltf::Texture& texture) {
@@ -139,6 +155,7 @@ Material read_material(const Document& document, const tinygltf::Material& from,
     to.alpha_cutoff = factor(from.alphaCutoff, 1e6, place + ".alphaCutoff");
     to.double_sided = from.doubleSided;
     to.unlit = from.extensions.contains("KHR_materials_unlit");
+    let_through(from.extensions, place, to);
     return to;
 }
 

@@ -103,6 +103,30 @@ TEST(GltfMaterials, ShineAsStronglyAsTheirExtensionSays) {
     EXPECT_THAT(wrong.error().message, HasSubstr("emissiveStrength: expected a number"));
 }
 
+TEST(GltfMaterials, OfGlassAreBlendedByWhatTheyLetThrough) {
+    const auto glass = [](const json& factor) {
+        return load(
+            with_material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 1, 0.75, 1}}}},
+                           {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", factor}}}}}}));
+    };
+    const auto model = glass(0.8);
+    ASSERT_TRUE(model) << model.error().message;
+    const Material& m = (*model)->materials[0];
+    EXPECT_EQ(m.alpha_mode, AlphaMode::blend);
+    EXPECT_EQ(m.transmission, 0.8f);
+    // 0.8 of a mean of 0.75 goes through; a fifth of the light is scattered.
+    EXPECT_NEAR(m.base_color.a, 0.4, 1e-6);
+    EXPECT_NEAR(m.base_color.g * m.base_color.a, 0.2, 1e-6);
+    EXPECT_NEAR(m.base_color.r * m.base_color.a, 0.1, 1e-6);
+    const auto none = glass(0);
+    ASSERT_TRUE(none);
+    EXPECT_EQ((*none)->materials[0].alpha_mode, AlphaMode::opaque);
+    EXPECT_EQ((*none)->materials[0].base_color, glm::vec4(0.5f, 1.0f, 0.75f, 1.0f));
+    const auto wrong = glass("all");
+    ASSERT_FALSE(wrong);
+    EXPECT_THAT(wrong.error().message, HasSubstr("transmissionFactor: expected a number"));
+}
+
 json base_texture(json info) {
     return {{"pbrMetallicRoughness", {{"baseColorTexture", std::move(info)}}}};
 }

@@ -102,6 +102,7 @@ class Glb:
         double_sided=False,
         unlit=False,
         extras=None,
+        transmission=None,
     ):
         pbr = {
             "baseColorFactor": numbers(tuple(base) + (1,) * (4 - len(base))),
@@ -115,6 +116,8 @@ class Glb:
             item["emissiveFactor"] = numbers(emissive)
         if emissive_strength is not None:
             self._extend(item, "KHR_materials_emissive_strength", {"emissiveStrength": number(emissive_strength)})
+        if transmission is not None:
+            self._extend(item, "KHR_materials_transmission", {"transmissionFactor": number(transmission)})
         if emissive_texture is not None:
             item["emissiveTexture"] = {"index": emissive_texture}
         if occlusion_texture is not None:

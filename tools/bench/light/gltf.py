@@ -28,6 +28,7 @@ class Material:
     texture: tuple[bytes, bool] | None = field(default=None, repr=False)
     alpha_mode: str = "OPAQUE"
     alpha_cutoff: float = 0.5
+    transmission: float = 0.0
     is_unlit: bool = False
 
 
@@ -130,6 +131,7 @@ class Glb:
             texture=texture,
             alpha_mode=item.get("alphaMode", "OPAQUE"),
             alpha_cutoff=item.get("alphaCutoff", 0.5),
+            transmission=item.get("extensions", {}).get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0),
             is_unlit="KHR_materials_unlit" in item.get("extensions", {}),
         )
 

@@ -221,6 +221,10 @@ def _material(surface: Primitive, folder: Path, name: str, is_lambert: bool) -> 
     material = surface.material
     if material.is_unlit:
         made: dict[str, Any] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
+    elif material.transmission > 0.0:
+        # A pane: what it scatters itself is left out.
+        through = [material.transmission * value for value in material.base_color[:3]]
+        return {"type": "thindielectric", "specular_transmittance": {"type": "rgb", "value": through}}
     elif is_lambert:
         made = {"type": "diffuse", "reflectance": _color(surface, folder, name)}
     else:

@@ -70,7 +70,7 @@ def _assemble(parts, pieces, size, lightmap, prop_light):
             name: glb.material(name, base=(0.8, 0.8, 0.8), emissive=LAMP_COLOUR, emissive_strength=strength)
             for name, strength in LAMPS.items()
         },
-        "glass": glb.material("glass", base=(0.62, 0.72, 0.72, 0.13), roughness=0.1, alpha="BLEND", double_sided=True),
+        "glass": glb.material("glass", base=(0.88, 0.94, 0.92, 1.0), roughness=0.02, transmission=0.97, double_sided=True),
         "outside": glb.material("outside", texture=street, unlit=True),
         "sky": glb.material("sky", base=(0.86, 0.92, 1.0), unlit=True),
     }

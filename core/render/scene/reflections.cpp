@@ -1,0 +1,71 @@
+#include "core/render/scene/reflections.h"
+
+#include <glm/gtc/packing.hpp>
+
+namespace camrig::render::scene {
+namespace {
+
+/// Which texel of a square lies there, at most one beyond an edge: the octahedral map goes on mirrored about the middle
+/// of that edge.
+int texel_beyond(int x, int y, int side) {
+    const int last = side - 1;
+    if (x < 0 || x > last) {
+        x = x < 0 ? 0 : last;
+        y = last - y;
+    }
+    if (y < 0 || y > last) {
+        y = y < 0 ? 0 : last;
+        x = last - x;
+    }
+    return y * side + x;
+}
+
+template <typename To, typename Value>
+void add_bordered(int side, const Value& value, std::vector<To>& to) {
+    for (int y = -1; y <= side; ++y)
+        for (int x = -1; x <= side; ++x) to.push_back(value(static_cast<std::size_t>(texel_beyond(x, y, side))));
+}
+
+}  // namespace
+
+ReflectionMaps sum_reflections(const world::BakedLight& light, const std::vector<glm::vec3>& weights) {
+    ReflectionMaps made;
+    const std::size_t probes = light.reflection_probes.places.size();
+    made.texels.reserve(probes * static_cast<std::size_t>(ReflectionMaps::level_starts.back()));
+    std::size_t first = 0;
+    for (std::size_t probe = 0; probe < probes; ++probe) {
+        for (const world::ReflectionLevel& level : world::reflection_levels) {
+            add_bordered(
+                level.side,
+                [&](std::size_t texel) {
+                    glm::vec3 sum(0.0f);
+                    for (std::size_t layer = 0; layer < weights.size(); ++layer)
+                        sum += glm::unpackF3x9_E1x5(light.layers[layer].reflections[first + texel]) * weights[layer];
+                    return glm::packF3x9_E1x5(sum);
+                },
+                made.texels);
+            first += static_cast<std::size_t>(level.side * level.side);
+        }
+        const std::uint16_t* const nearness =
+            light.reflection_probes.nearness.data() + probe * world::texels_of_nearness;
+        add_bordered(
+            world::nearness_side,
+            [&](std::size_t texel) { return static_cast<float>(nearness[texel]) * (1.0f / 65535.0f); }, made.nearness);
+    }
+    return made;
+}
+
+ReflectionsInView reflections_in_view(const ReflectionMaps& maps, const world::ReflectionProbes& probes,
+                                      const ViewTransform& view, const glm::vec3& gain) {
+    ReflectionsInView made;
+    made.maps = &maps;
+    made.world_from_optical = glm::transpose(glm::mat3(view.optical_from_world));
+    made.gain = gain;
+    for (const glm::vec3& place : probes.places) {
+        const glm::vec3 in_view(view.optical_from_world * (glm::dvec3(place) - view.eye));
+        for (glm::length_t i = 0; i < 3; ++i) made.places[static_cast<std::size_t>(i)].push_back(in_view[i]);
+    }
+    return made;
+}
+
+}  // namespace camrig::render::scene

@@ -1,0 +1,202 @@
+#include "core/bake/reflections.h"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include <glm/gtc/packing.hpp>
+#include <gtest/gtest.h>
+
+#include "core/render/scene/light_sum.h"
+#include "core/render/software/reflection_light.h"
+#include "core/world/baked/baked_light_header.h"
+#include "core/world/world.h"
+#include "tests/unit/bake/scenes.h"
+
+namespace camrig::bake {
+namespace {
+
+using render::scene::ReflectionMaps;
+using render::software::IntLanes;
+using render::software::Lanes;
+using render::software::lanes;
+using render::software::Lanes3;
+
+/// A dark room with a mirror for a floor and a bright square of a metre on its east wall, from y = -0.5 to 0.5 and
+/// z = 1 to 2 at x = 2.9.
+constexpr double room_m = 6.0, panel_x = 2.9;
+constexpr float panel_light = 3.0f;
+
+world::SceneRef mirror_room(float roughness = 0.05f) {
+    auto boxes = room({room_m, room_m, 3.0}, 0.0);
+    boxes.push_back({"panel", {3.0, 0.0, 1.0}, {2 * (3.0 - panel_x), 1.0, 1.0}, 0.0});
+    auto made = std::make_shared<world::Scene>(*scene_of(boxes));
+    const auto change = [&](const std::string& name, const auto& how) {
+        auto model = std::make_shared<world::Model>(*made->models.at(name).model);
+        for (world::Material& material : model->materials) how(material);
+        made->models.at(name).model = model;
+    };
+    change("floor", [&](world::Material& material) { material.roughness = roughness; });
+    change("panel", [](world::Material& material) { material.emissive = glm::vec3(panel_light); });
+    return made;
+}
+
+TEST(OctahedralMap, IsItsOwnInverseAndHasEachDirectionOnce) {
+    std::mt19937 random(1);
+    std::normal_distribution<float> normal;
+    for (int i = 0; i < 10000; ++i) {
+        const glm::vec3 direction = glm::normalize(glm::vec3(normal(random), normal(random), normal(random)));
+        const glm::vec2 at = world::octahedral_place(direction);
+        ASSERT_LE(std::max(std::abs(at.x), std::abs(at.y)), 1.0f);
+        ASSERT_LT(glm::distance(world::octahedral_direction(at), direction), 1e-5f);
+    }
+    EXPECT_EQ(world::octahedral_direction({0, 0}), glm::vec3(0, 0, 1));
+    EXPECT_EQ(world::octahedral_direction({1, 1}), glm::vec3(0, 0, -1));
+}
+
+/// A probe that sees a smooth function of the direction.
+TEST(ReflectionMaps, GoOnOverTheEdgesOfTheirSquares) {
+    const auto value = [](const glm::vec3& d) { return glm::vec3(1.5f + d.x, 1.5f + d.y, 1.5f + d.z); };
+    world::BakedLight light;
+    light.reflection_probes.places = {glm::vec3(0.0f)};
+    light.reflection_probes.nearness.assign(world::texels_of_nearness, 0);
+    world::LightLayer& layer = light.layers.emplace_back();
+    for (const world::ReflectionLevel& level : world::reflection_levels)
+        for (int y = 0; y < level.side; ++y)
+            for (int x = 0; x < level.side; ++x)
+                layer.reflections.push_back(glm::packF3x9_E1x5(value(world::octahedral_direction(
+                    (glm::vec2(x, y) + 0.5f) * (2.0f / static_cast<float>(level.side)) - 1.0f))));
+    const ReflectionMaps maps = render::scene::sum_reflections(light, {glm::vec3(2.0f)});
+    ASSERT_EQ(maps.texels.size(), static_cast<std::size_t>(ReflectionMaps::level_starts.back()));
+    std::mt19937 random(2);
+    std::normal_distribution<float> normal;
+    for (std::int32_t level = 0; level < 4; ++level) {
+        // What a straight line between texels is off by where the octahedron has an edge, and a code of nine bits.
+        const double step = 3.2 / world::reflection_levels[static_cast<std::size_t>(level)].side;
+        const double tolerance = 2.0 * (0.5 * step + 0.008);
+        const auto seen_along = [&](const glm::vec3& d) {
+            const Lanes3 seen = render::software::level_light<render::software::PlainIsa>(
+                maps, IntLanes{}, IntLanes{} + level, {lanes(d.x), lanes(d.y), lanes(d.z)});
+            return glm::vec3(seen.x[0], seen.y[0], seen.z[0]);
+        };
+        for (int i = 0; i < 2000; ++i) {
+            // The two sides of an edge of the square are the same direction.
+            const float across = 1e-4f, down = -0.2f - std::abs(normal(random)), along = normal(random);
+            const auto gap_x = glm::abs(seen_along({across, along, down}) - seen_along({-across, along, down}));
+            const auto gap_y = glm::abs(seen_along({along, across, down}) - seen_along({along, -across, down}));
+            ASSERT_LT(glm::length(gap_x) + glm::length(gap_y), 0.02f) << level << " " << along << " " << down;
+            glm::vec3 d(normal(random), normal(random), i % 3 == 0 ? -0.01f : normal(random));
+            if (i % 5 == 0) d.x = 0.0f;
+            d = glm::normalize(d);
+            const glm::vec3 off = glm::abs(seen_along(d) - 2.0f * value(d));
+            ASSERT_LT(std::max({off.x, off.y, off.z}), tolerance) << level << " " << d.x << " " << d.y << " " << d.z;
+        }
+    }
+}
+
+TEST(Reflections, ARayFromAnywhereMeetsWhatIsThere) {
+    const auto scene = mirror_room();
+    const world::BakedLight light = baked(scene, {.texels_per_m = 4.0, .rays = 32});
+    ASSERT_FALSE(light.reflection_probes.places.empty());
+    auto world = world::World::create(scene, 1);
+    const ReflectionMaps maps = render::scene::sum_reflections(light, [&] {
+        auto statics = std::make_shared<world::StaticSet>(*(*world)->snapshot(0)->statics);
+        statics->baked_light = std::make_shared<const world::BakedLight>(light);
+        return render::scene::layer_weights(*statics);
+    }());
+    const auto view = render::scene::reflections_in_view(maps, light.reflection_probes, {}, glm::vec3(1.0f));
+    std::mt19937 random(3);
+    std::uniform_real_distribution<float> place(-2.5f, 2.0f), unit(0.0f, 1.0f);
+    int met = 0, of_met = 0, missed = 0, of_missed = 0;
+    for (int i = 0; i < 12000; ++i) {
+        // From the floor, to somewhere on the east wall.
+        const glm::vec3 from(place(random), place(random), 0.0f);
+        const glm::vec3 to(panel_x, 5.0f * unit(random) - 2.5f, 2.9f * unit(random));
+        const glm::vec3 along = glm::normalize(to - from);
+        const float beside = std::max(std::abs(to.y) - 0.5f, std::abs(to.z - 1.5f) - 0.5f);
+        if (std::abs(beside) < 0.3f) continue;  // at most 20 cm: three texels of 3 degrees
+        const Lanes3 seen = render::software::light_along<render::software::PlainIsa>(
+            view, {lanes(from.x), lanes(from.y), lanes(from.z)}, {lanes(along.x), lanes(along.y), lanes(along.z)},
+            lanes(0.0f));
+        const bool is_bright = seen.x[0] > 0.5f * panel_light;
+        (beside < 0.0f ? of_met : of_missed)++;
+        met += beside < 0.0f && is_bright;
+        missed += beside > 0.0f && !is_bright;
+    }
+    ASSERT_GT(of_met, 50);
+    ASSERT_GT(of_missed, 1000);
+    EXPECT_GT(met, 0.95 * of_met);
+    EXPECT_GT(missed, 0.98 * of_missed);
+}
+
+TEST(Reflections, RougherSurfacesSpreadThem) {
+    const auto scene = mirror_room();
+    const world::BakedLight light = baked(scene, {.texels_per_m = 4.0, .rays = 32});
+    const std::size_t glow = layer_of(light, world::LightSource::glow);
+    const std::vector<std::uint32_t>& seen = light.layers[glow].reflections;
+    // Light of a GGX lobe over directions is kept, its peak is not.
+    std::size_t first = 0;
+    float peak_before = 1e9f;
+    double mean_first = 0.0;
+    for (const world::ReflectionLevel& level : world::reflection_levels) {
+        const auto count = static_cast<std::size_t>(level.side * level.side);
+        float peak = 0.0f;
+        double sum = 0.0, angles = 0.0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const float value = glm::unpackF3x9_E1x5(seen[first + i]).g;
+            const std::size_t side = static_cast<std::size_t>(level.side);
+            const glm::vec2 at =
+                (glm::vec2(i % side, i / side) + 0.5f) * (2.0f / static_cast<float>(level.side)) - 1.0f;
+            const glm::vec3 d = glm::abs(world::octahedral_direction(at));
+            const double angle = std::pow(d.x + d.y + d.z, 3.0);  // a texel's solid angle goes with this
+            peak = std::max(peak, value);
+            sum += angle * value;
+            angles += angle;
+        }
+        const double mean = sum / angles;
+        EXPECT_LT(peak, peak_before * 1.001f);
+        if (first == 0) mean_first = mean;
+        EXPECT_NEAR(mean, mean_first, 0.35 * mean_first) << level.side;
+        peak_before = peak;
+        first += count;
+    }
+    EXPECT_LT(peak_before, 0.5f * panel_light);
+}
+
+TEST(Reflections, StandWhereSomethingMirrorsAndNowhereElse) {
+    EXPECT_TRUE(baked(mirror_room(0.9f), {.texels_per_m = 2.0, .rays = 16}).reflection_probes.places.empty());
+    const auto light = baked(mirror_room(), {.texels_per_m = 2.0, .rays = 16, .reflections = 2});
+    ASSERT_GE(light.reflection_probes.places.size(), 1u);
+    ASSERT_LE(light.reflection_probes.places.size(), 2u);
+    for (const glm::vec3& place : light.reflection_probes.places) {
+        EXPECT_LT(std::max(std::abs(place.x), std::abs(place.y)), 0.5 * room_m);
+        EXPECT_GT(place.z, 0.0f);
+        EXPECT_LT(place.z, 3.0f);
+    }
+    EXPECT_TRUE(
+        baked(mirror_room(), {.texels_per_m = 2.0, .rays = 16, .reflections = 0}).reflection_probes.places.empty());
+}
+
+TEST(Reflections, AreReadAsTheyWereWrittenAndBounded) {
+    const auto scene = mirror_room();
+    const world::BakedLight light = baked(scene, {.texels_per_m = 2.0, .rays = 16, .reflections = 2});
+    const auto bytes = world::encode_baked_light(light);
+    const auto read = world::decode_baked_light(bytes, *scene);
+    ASSERT_TRUE(read.has_value()) << read.error().message;
+    EXPECT_EQ((*read)->reflection_probes.places, light.reflection_probes.places);
+    EXPECT_EQ((*read)->reflection_probes.nearness, light.reflection_probes.nearness);
+    EXPECT_EQ((*read)->layers[0].reflections.size(),
+              light.reflection_probes.places.size() * world::texels_of_reflection);
+    EXPECT_EQ(world::encode_baked_light(**read), bytes);
+    nlohmann::json text = world::baked_light_header(light);
+    text["reflection_probes"] = std::vector<std::array<double, 3>>(world::max_reflection_probes + 1);
+    EXPECT_FALSE(world::read_baked_light_header(text, *scene).has_value());
+    text["reflection_probes"] = {{1, 2}};
+    const auto wrong = world::read_baked_light_header(text, *scene);
+    ASSERT_FALSE(wrong.has_value());
+    EXPECT_NE(wrong.error().message.find("reflection_probes: places [x, y, z]"), std::string::npos)
+        << wrong.error().message;
+}
+
+}  // namespace
+}  // namespace camrig::bake
