@@ -96,9 +96,8 @@ TestWorld gallery() {
     return world;
 }
 
-Film::Film(const std::string& scene) {
-    // Baked light is seen by one renderer only, and the light of a scene is tested apart from how it is drawn.
-    auto loaded = world::load_scene("scenes/" + scene + ".json", {.baked_light = false});
+Film::Film(const std::string& scene, bool baked_light) {
+    auto loaded = world::load_scene("scenes/" + scene + ".json", {.baked_light = baked_light});
     if (!loaded) throw std::runtime_error(loaded.error().message);
     auto world = world::World::create(*loaded, 1);
     if (!world) throw std::runtime_error(world.error().message);

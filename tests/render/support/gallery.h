@@ -22,7 +22,8 @@ TestWorld gallery();
 /// A scene of the repository, told in instants. The statics of all snapshots are the same ones.
 class Film {
 public:
-    explicit Film(const std::string& scene);
+    /// baked_light: that which lies beside the scene, if any.
+    explicit Film(const std::string& scene, bool baked_light = false);
     /// Instants must not go back.
     world::SnapshotRef at(TimeNs world_ns);
     /// The name of one of the scene's cameras, counted round.
