@@ -19,6 +19,9 @@ world::Primitive ball(float radius, int rings);
 /// move.
 TestWorld gallery();
 
+/// The snapshot with all that stands still elsewhere.
+world::SnapshotRef with_moved_objects(const world::SnapshotRef& from, const glm::dvec3& by);
+
 /// A scene of the repository, told in instants. The statics of all snapshots are the same ones.
 class Film {
 public:
