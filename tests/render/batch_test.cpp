@@ -209,6 +209,9 @@ std::vector<frame::FrameRef> in_baked_light(bool batch_draws, std::uint64_t& dra
     Film film("hall", true);
     View view = film.view("lobby", {200, 150}, 1);
     view.quality = world::Quality::beautiful;
+    auto spec = std::make_shared<world::CameraSpec>(*view.spec);
+    spec->antialias = world::Antialias::none;
+    view.spec = spec;
     const world::SnapshotRef stands = film.at(4 * ns_per_s);
     std::vector<frame::FrameRef> frames;
     for (const world::SnapshotRef& snapshot : {stands, with_moved_objects(stands, {0.05, 0.0, 0.0})})
