@@ -202,5 +202,31 @@ TEST(BatchedDraws, ShowWhatSurfacesInModelsOfTheirOwnShow) {
     EXPECT_EQ(in_one.counters.draws, in_many.counters.draws);
 }
 
+/// The hall's lobby in its baked light, and once more where it has moved, so that all surfaces take the light of
+/// probes.
+std::vector<frame::FrameRef> in_baked_light(bool batch_draws, std::uint64_t& draw_calls) {
+    auto renderer = create_renderer(options_with(batch_draws)).value();
+    Film film("hall", true);
+    View view = film.view("lobby", {200, 150}, 1);
+    view.quality = world::Quality::beautiful;
+    auto spec = std::make_shared<world::CameraSpec>(*view.spec);
+    spec->antialias = world::Antialias::none;
+    view.spec = spec;
+    const world::SnapshotRef stands = film.at(4 * ns_per_s);
+    std::vector<frame::FrameRef> frames;
+    for (const world::SnapshotRef& snapshot : {stands, with_moved_objects(stands, {0.05, 0.0, 0.0})})
+        frames.push_back(renderer->draw(snapshot, 0, {&view, 1}).value().set.frames.at(0));
+    draw_calls = renderer->counters().draw_calls;
+    return frames;
+}
+
+TEST(BatchedDraws, ChangeNoByteInBakedLight) {
+    std::uint64_t apart_calls = 0, batched_calls = 0;
+    const auto apart = in_baked_light(false, apart_calls), batched = in_baked_light(true, batched_calls);
+    for (std::size_t i = 0; i < apart.size(); ++i)
+        EXPECT_TRUE(std::ranges::equal(apart[i]->bytes(), batched[i]->bytes())) << i;
+    EXPECT_LT(batched_calls, apart_calls);
+}
+
 }  // namespace
 }  // namespace camrig::render

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include <gtest/gtest.h>
 
 #include "tests/render/support/gallery.h"
+#include "tests/render/support/two_rasterisers.h"
 
 // camrig's rasteriser against Mesa's, which draws with the shaders of GPUs. Both are right within their rounding:
 // colours within 3 codes; where an edge passes, which of two neighbouring colours a pixel has may differ.
@@ -12,20 +12,6 @@ namespace camrig::render {
 namespace {
 
 constexpr int tolerance = 3;
-
-Renderer& renderer_of(const std::string& device) {
-    // Two GL contexts on one thread would be in each other's way; the device cpu makes none for colour alone.
-    static std::map<std::string, std::unique_ptr<Renderer>> renderers;
-    auto& renderer = renderers[device];
-    if (renderer == nullptr)
-        renderer = std::move(create_renderer({.device = device, .pool = std::make_shared<frame::FramePool>()}).value());
-    return *renderer;
-}
-
-frame::FrameRef drawn_by(const std::string& device, const world::SnapshotRef& snapshot, const View& view) {
-    Renderer& renderer = renderer_of(device);
-    return renderer.draw(snapshot, 0, {&view, 1}).value().set.frames.at(0);
-}
 
 struct Difference {
     int pixels = 0;

@@ -62,14 +62,15 @@ def pictures(scene: pathlib.Path, **options):
         return lit, rig.camera("eye").frame().image.astype(int)
 
 
-def test_a_room_is_lit_by_its_lamp_and_no_more_when_it_is_switched_off(room, tmp_path):
-    lit, dark = pictures(room)
+@pytest.mark.parametrize("device", ["cpu", "llvmpipe"])
+def test_a_room_is_lit_by_its_lamp_and_no_more_when_it_is_switched_off(room, tmp_path, device):
+    lit, dark = pictures(room, device=device)
     assert lit.mean() > 60 and dark.max() <= 2  # no sky comes in, and the switch took no bake
     (tmp_path / "room.json").write_text(room.read_text())
-    _, plain = pictures(tmp_path / "room.json")
+    _, plain = pictures(tmp_path / "room.json", device=device)
     assert plain.mean() > 60  # without the file the sky shines through walls
     # Behind the crate the floor has only what walls reflect: darker than beside it, and not black.
-    with camrig.start(str(room), mode="lockstep") as rig:
+    with camrig.start(str(room), mode="lockstep", device=device) as rig:
         rig.step(seconds=0.5)
         eye = rig.camera("eye")
         (u, v), (su, sv) = eye.project(np.array([[-0.6, 1.2, 0], [1.25, 0.75, 0]]))

@@ -5,7 +5,7 @@
 namespace camrig::render::gl {
 namespace {
 
-constexpr GLuint shadow_unit = 5, reflectance_unit = 6, sky_unit = 7;
+constexpr GLuint shadow_unit = 5, reflectance_unit = 6, sky_unit = 7, light_map_unit = 8;
 
 GlTexture upload(const GlFunctions& gl, GLenum storage, GLenum format, const void* values) {
     GlTexture texture = make_texture_2d(gl);
@@ -38,14 +38,16 @@ BeautifulInputs::BeautifulInputs(const GlFunctions& gl)
     gl.SamplerParameteri(shadow, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
 }
 
-void BeautifulInputs::bind(GLuint shadow_maps) const {
-    gl_.BindTextureUnit(reflectance_unit, reflectance_.name());
-    gl_.BindSampler(reflectance_unit, table_sampler_.name());
-    gl_.BindTextureUnit(sky_unit, sky_.name());
-    gl_.BindSampler(sky_unit, table_sampler_.name());
-    if (shadow_maps == 0) return;
-    gl_.BindTextureUnit(shadow_unit, shadow_maps);
-    gl_.BindSampler(shadow_unit, shadow_sampler_.name());
+void BeautifulInputs::bind(GLuint shadow_maps, GLuint light_map) const {
+    const auto use = [&](GLuint unit, GLuint texture, const GlSampler& sampler) {
+        if (texture == 0) return;
+        gl_.BindTextureUnit(unit, texture);
+        gl_.BindSampler(unit, sampler.name());
+    };
+    use(reflectance_unit, reflectance_.name(), table_sampler_);
+    use(sky_unit, sky_.name(), table_sampler_);
+    use(shadow_unit, shadow_maps, shadow_sampler_);
+    use(light_map_unit, light_map, table_sampler_);
 }
 
 }  // namespace camrig::render::gl

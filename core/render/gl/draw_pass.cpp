@@ -32,7 +32,7 @@ void DrawPass::begin_view(const PassView& view, GpuScene& scene) {
     bind_block(view_binding, view_block(view));
     if (view.quality != world::Quality::beautiful) return;
     if (!beautiful_) beautiful_.emplace(gl_);
-    beautiful_->bind(view.shadow_maps);
+    beautiful_->bind(view.shadow_maps, view.light_map == nullptr ? 0 : view.light_map->texture());
     if (!view.shadows.empty()) bind_block(shadow_binding, shadow_block(view));
     if (view.bodies == nullptr) return;
     bind_storage(body_binding, view.bodies->bodies);
@@ -74,13 +74,13 @@ void DrawPass::use_material(const GpuSurface& surface) {
     }
 }
 
-void DrawPass::use_lights(int light_set) {
-    if (light_set == light_set_) return;
-    light_set_ = light_set;
-    const scene::LightSet& set = view_.scene->light_sets()[light_set];
+void DrawPass::use_lights(const scene::PlacedSurface& surface) {
+    if (surface.light_set == light_set_) return;
+    light_set_ = surface.light_set;
+    const scene::LightSet set = lights_of(view_, surface);
     const std::size_t bytes = light_bytes(view_, set);
     if (bytes == 0) return;
-    StreamBuffer::Piece& piece = light_blocks_[static_cast<std::size_t>(light_set)];
+    StreamBuffer::Piece& piece = light_blocks_[static_cast<std::size_t>(light_set_)];
     if (piece.data == nullptr) {
         piece = scene_->stream().allocate(bytes);
         write_lights(view_, set, piece.data);
@@ -114,7 +114,8 @@ std::span<const scene::SeenSurface> DrawPass::batch_of(std::span<const scene::Se
         // One vertex array and one material: the same shader.
         return other.material == surface.material && other.primitive->vertex_array == surface.primitive->vertex_array &&
                seen.placed->light_set == first.placed->light_set &&
-               seen.placed->is_mirrored == first.placed->is_mirrored;
+               seen.placed->is_mirrored == first.placed->is_mirrored &&
+               light_around(view_, *seen.placed) == light_around(view_, *first.placed);
     };
     draws = draws.first(std::min(draws.size(), max_batch));
     return {draws.begin(), std::ranges::find_if_not(draws, fits)};
@@ -141,16 +142,22 @@ void DrawPass::use_vertices(const scene::SeenSurface& seen) {
     }
 }
 
-DrawBlock* DrawPass::bind_blocks(std::size_t count) {
+template <typename Block>
+Block* DrawPass::bind_blocks(GLuint binding, std::size_t count) {
     // The block of a shader must be bound whole, however many draws there are.
-    constexpr std::size_t bound = max_batch * sizeof(DrawBlock);
-    const auto piece = scene_->stream().allocate(count * sizeof(DrawBlock), bound);
-    gl_.BindBufferRange(GL_UNIFORM_BUFFER, draw_binding, piece.buffer, piece.offset, GLsizeiptr{bound});
-    return reinterpret_cast<DrawBlock*>(piece.data);
+    constexpr std::size_t bound = max_batch * sizeof(Block);
+    const auto piece = scene_->stream().allocate(count * sizeof(Block), bound);
+    gl_.BindBufferRange(GL_UNIFORM_BUFFER, binding, piece.buffer, piece.offset, GLsizeiptr{bound});
+    return reinterpret_cast<Block*>(piece.data);
+}
+
+void DrawPass::bind_surroundings(std::span<const scene::SeenSurface> batch) {
+    std::ranges::transform(batch, bind_blocks<SurroundingsBlock>(surroundings_binding, batch.size()),
+                           [&](const scene::SeenSurface& seen) { return surroundings_block(view_, *seen.placed); });
 }
 
 void DrawPass::draw(std::span<const scene::SeenSurface> batch) {
-    std::ranges::transform(batch, bind_blocks(batch.size()), draw_block);
+    std::ranges::transform(batch, bind_blocks<DrawBlock>(draw_binding, batch.size()), draw_block);
     draw_as(batch, false);
 }
 
@@ -188,7 +195,8 @@ GLuint DrawPass::color_program(const scene::SeenSurface& seen) {
     key.quality = view_.quality;
     key.has_fog = has_fog;
     key.batched = may_be_batched(surface);
-    const scene::LightSet& set = view_.scene->light_sets()[seen.placed->light_set];
+    key.light_around = light_around(view_, *seen.placed);
+    const scene::LightSet set = lights_of(view_, *seen.placed);
     for (int i = 0; i < set.directional + set.local; ++i)
         key.has_shadows |= !shadow_maps_of(view_, set.lights[i]).empty();
     program = shaders_.program(key);
@@ -203,7 +211,8 @@ void DrawPass::draw_opaque(std::span<const scene::SeenSurface> draws) {
         const GpuSurface& surface = scene_->of(first);
         use_program(color_program(first));
         use_material(surface);
-        if (surface.key.lit) use_lights(first.placed->light_set);
+        if (surface.key.lit) use_lights(*first.placed);
+        if (light_around(view_, *first.placed) == LightAround::surroundings) bind_surroundings(batch);
         draw(batch);
     }
 }
@@ -277,7 +286,7 @@ void DrawPass::draw_shadows(GLuint framebuffer, bool clears, const ShadowView& s
         const scene::SeenSurface seen{
             .placed = &placed, .is_static = of_statics, .level = shadow_level(placed, max_error_m)};
         use_depth_program(scene.of(seen), &ShaderCache::shadow_program, false);
-        *bind_blocks(1) = shadow_draw_block(shadow.clip_from_map * map_from_local);
+        *bind_blocks<DrawBlock>(draw_binding, 1) = shadow_draw_block(shadow.clip_from_map * map_from_local);
         draw_as({&seen, 1}, true);
     }
 }

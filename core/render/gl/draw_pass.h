@@ -56,7 +56,9 @@ private:
     void bind_storage(GLuint binding, const std::vector<Entry>& entries);
     void use_program(GLuint program);
     void use_material(const GpuSurface& surface);
-    void use_lights(int light_set);
+    void use_lights(const scene::PlacedSurface& surface);
+    /// The light around each of a batch.
+    void bind_surroundings(std::span<const scene::SeenSurface> batch);
     void use_sides(const scene::SeenSurface& seen, bool both);
     /// Then its shader is one of batches, also where it is drawn alone: in each picture the same one.
     bool may_be_batched(const GpuSurface& surface) const;
@@ -68,7 +70,8 @@ private:
     void draw(std::span<const scene::SeenSurface> batch);
     void draw_as(std::span<const scene::SeenSurface> batch, bool both_sides);
     /// Binds a range of the uniform buffer that holds the blocks of `count` draws; the caller fills it.
-    DrawBlock* bind_blocks(std::size_t count);
+    template <typename Block>
+    Block* bind_blocks(GLuint binding, std::size_t count);
     void use_depth_program(const GpuSurface& surface, GLuint (ShaderCache::*program)(DepthKey), bool batched);
 
     const GlFunctions& gl_;

@@ -15,4 +15,10 @@ Result<void> GlFunctions::load(void (*(*address_of)(const char* name))()) {
     return {};
 }
 
+bool is_out_of_memory(const GlFunctions& gl) {
+    bool is_out = false;
+    for (GLenum code = gl.GetError(); code != GL_NO_ERROR; code = gl.GetError()) is_out |= code == GL_OUT_OF_MEMORY;
+    return is_out;
+}
+
 }  // namespace camrig::render::gl

@@ -101,4 +101,7 @@ struct GlFunctions {
     Result<void> load(void (*(*address_of)(const char* name))());
 };
 
+/// Whether a call since the last question failed for want of memory; takes all errors that are noted.
+bool is_out_of_memory(const GlFunctions& gl);
+
 }  // namespace camrig::render::gl

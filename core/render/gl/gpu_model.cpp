@@ -152,7 +152,7 @@ GLenum mode_of(world::Topology topology) {
 }
 
 /// Components of each VertexAttribute.
-constexpr std::array<GLint, attribute_count> components_of{3, 3, 4, 2, 2, 4};
+constexpr std::array<GLint, attribute_count> components_of{3, 3, 4, 2, 2, 4, 2};
 
 /// Collects the vertices and indices of all primitives, by the vertex array they will be in.
 class GeometryUploader {
@@ -182,6 +182,7 @@ public:
         put(attribute_uv0, primitive.texcoords[0]);
         put(attribute_uv1, primitive.texcoords[1]);
         put(attribute_color, primitive.colors);
+        put(attribute_light, primitive.light_coordinates);
         group.members.push_back(&gpu);
     }
 
@@ -215,7 +216,8 @@ private:
     Group& group_of(const GpuPrimitive& gpu) {
         const auto fits = [&](const Group& group) {
             const GpuPrimitive& other = *group.members.front();
-            return !gpu.may_deform && !other.may_deform && gpu.layout == other.layout;
+            return !gpu.may_deform && !other.may_deform && gpu.layout == other.layout &&
+                   gpu.has_light_coordinates == other.has_light_coordinates;
         };
         const auto found = std::ranges::find_if(groups_, fits);
         return found != groups_.end() ? *found : groups_.emplace_back();
@@ -246,13 +248,6 @@ private:
     std::vector<Group> groups_;
     std::vector<std::byte> indices_;
 };
-
-/// Whether a call since the last question failed for want of memory; takes all errors that are noted.
-bool is_out_of_memory(const GlFunctions& gl) {
-    bool is_out = false;
-    for (GLenum code = gl.GetError(); code != GL_NO_ERROR; code = gl.GetError()) is_out |= code == GL_OUT_OF_MEMORY;
-    return is_out;
-}
 
 }  // namespace
 
@@ -292,6 +287,7 @@ GpuModel upload_model(const GlFunctions& gl, SamplerCache& samplers, const world
         entry.mode = mode_of(primitive.source->topology);
         entry.key = key_of(materials[material], slots[material], *primitive.source);
         entry.layout = scene::vertex_layout(*primitive.source);
+        entry.has_light_coordinates = !primitive.source->light_coordinates.empty();
         geometry.add(primitive, entry);
     }
     geometry.upload(gl, gpu);

@@ -19,6 +19,7 @@ enum VertexAttribute : GLuint {
     attribute_uv0,
     attribute_uv1,
     attribute_color,
+    attribute_light,  ///< world::Primitive::light_coordinates
     attribute_count
 };
 
@@ -40,6 +41,7 @@ struct GpuPrimitive {
     int material = 0;  ///< into GpuModel::materials
     ShaderKey key;     ///< material and vertex part; quality and lights are filled per draw
     scene::VertexLayout layout;
+    bool has_light_coordinates = false;  ///< not in the layout: surfaces keep their order without baked light
 };
 
 struct GpuTexture {

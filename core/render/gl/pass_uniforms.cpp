@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/render/gl/shader_key.h"
 #include "core/render/scene/view_lights.h"
 
 namespace camrig::render::gl {
@@ -34,6 +33,11 @@ ViewBlock view_block(const PassView& view) {
     block.ground = glm::vec4(ambient.ground, view.scene->environment().daylight ? 1.0f : 0.0f);
     block.fog = glm::vec4(fog.color, fog.per_m);
     block.bodies.x = static_cast<float>(view.bodies == nullptr ? 0 : view.bodies->bodies.size());
+    if (view.light_map != nullptr) {
+        const ImageSize size = view.light_map->size();
+        block.light_map = glm::vec4(view.light_map->scale() * view.exposure_gain, 1.0f / static_cast<float>(size.width),
+                                    1.0f / static_cast<float>(size.height), 0.0f);
+    }
     for (int i = 0; i < 3; ++i) block.truth_rows[i] = row(t.truth_from_optical, i);
     return block;
 }
@@ -47,9 +51,31 @@ DrawBlock draw_block(const scene::SeenSurface& seen) {
         block.position_rows[i] = row(m, i, optical_from_local[3][i]);
         block.normal_rows[i] = row(normals, i);
     }
-    block.ids = glm::uvec4(static_cast<std::uint32_t>(seen.placed->object->id), 0u, 0u, 0u);
+    block.ids = glm::uvec4(static_cast<std::uint32_t>(seen.placed->object->id),
+                           glm::uvec2(seen.placed->light_map_at.value_or(glm::ivec2(0))), 0u);
     block.tint = glm::vec4(seen.placed->tint, 1.0f);
     return block;
+}
+
+SurroundingsBlock surroundings_block(const PassView& view, const scene::PlacedSurface& surface) {
+    const world::LightProbe probe = view.light_map->around(surface, view.scene->environment());
+    const scene::SurroundingsInView light =
+        scene::surroundings_in_view(probe.scaled(glm::vec3(view.exposure_gain)), view.transform);
+    SurroundingsBlock block{};
+    for (int i = 0; i < 3; ++i)
+        block.rows[i] = glm::vec4(light.along[0][i], light.along[1][i], light.along[2][i], light.mean[i]);
+    return block;
+}
+
+scene::LightSet lights_of(const PassView& view, const scene::PlacedSurface& surface) {
+    scene::LightSet set = view.scene->light_sets()[surface.light_set];
+    if (view.light_map != nullptr) set.local = 0;
+    return set;
+}
+
+LightAround light_around(const PassView& view, const scene::PlacedSurface& surface) {
+    if (view.light_map == nullptr || !surface.primitive->is_lit) return LightAround::hemisphere;
+    return surface.light_map_at ? LightAround::map : LightAround::surroundings;
 }
 
 DrawBlock shadow_draw_block(const glm::dmat4& clip_from_local) {

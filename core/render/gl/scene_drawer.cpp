@@ -32,17 +32,18 @@ bool may_draw_parts(const ViewPlan& plan) {
 
 void SceneDrawer::begin_instant() {
     layers_.next_instant();
-    shadows_are_made_ = false;
+    lights_are_made_ = false;
 }
 
 void SceneDrawer::prepare(std::span<const View> views, GpuScene& scene) {
     state_is_ours_ = false;
-    const auto is_shadowed = [](const View& view) {
+    const auto is_lit = [](const View& view) {
         return view.quality == world::Quality::beautiful && wants(view, frame::FrameKind::color);
     };
-    if (shadows_are_made_ || std::ranges::none_of(views, is_shadowed)) return;
-    shadows_are_made_ = true;
+    if (lights_are_made_ || std::ranges::none_of(views, is_lit)) return;
+    lights_are_made_ = true;
     shadows_.update(scene, pass_, max_detail_error_px_ > 0.0);
+    light_map_.update(*scene.placed().snapshot()->statics);
 }
 
 void SceneDrawer::clear(const ColorTarget& target, const glm::vec3& background) {
@@ -185,6 +186,7 @@ void SceneDrawer::begin_tile(const View& view, const ViewPlan& plan, const Sourc
                     shadows == Shadows::still ? scene::PlacedBodies{} : scene.placed().movers().bodies());
         pass.bodies = &bodies_;
     }
+    if (view.quality == world::Quality::beautiful && light_map_.is_there()) pass.light_map = &light_map_;
     pass_.begin_view(pass, scene);
     static_opaque_.clear();
     moving_opaque_.clear();

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/render/gl/draw_pass.h"
+#include "core/render/gl/light_map.h"
 #include "core/render/gl/shadow_maps.h"
 #include "core/render/gl/static_layers.h"
 #include "core/render/gl/view_plan.h"
@@ -39,7 +40,8 @@ public:
           max_detail_error_px_(options.max_detail_error_px),
           pass_(gl, shaders, options.batch_draws),
           layers_(gl, options.static_layer_bytes),
-          shadows_(gl) {}
+          shadows_(gl),
+          light_map_(gl) {}
 
     void begin_instant();
     /// What the pictures of several views share; once before their restore().
@@ -93,8 +95,9 @@ private:
     StaticLayers layers_;
     std::uint64_t views_ = 0, views_in_parts_ = 0;
     ShadowMaps shadows_;
-    bool shadows_are_made_ = false;  ///< for this instant
-    bool state_is_ours_ = false;     ///< nothing but pass_ has set GL state since its begin_instant()
+    LightMap light_map_;
+    bool lights_are_made_ = false;  ///< both, for this instant
+    bool state_is_ours_ = false;    ///< nothing but pass_ has set GL state since its begin_instant()
     std::vector<scene::SeenSurface> static_opaque_;
     std::vector<scene::SeenSurface> moving_opaque_;
     std::vector<scene::SeenSurface> blended_;

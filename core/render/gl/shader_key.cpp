@@ -33,6 +33,10 @@ ShaderKey simplified(ShaderKey key) {
         drop(TextureUse::normal);
         drop(TextureUse::metallic_roughness);
     }
+    if (!key.lit || key.quality != world::Quality::beautiful) key.light_around = LightAround::hemisphere;
+    // Lamps are in baked light, and what hides light is in the map.
+    if (key.light_around != LightAround::hemisphere) key.local_lights = 0;
+    if (key.light_around == LightAround::map) drop(TextureUse::occlusion);
     if (slots[static_cast<int>(TextureUse::normal)] < 0) key.has_tangent = false;
     if (!key.lit) key.double_sided = false;
     if (!key.lit || key.quality != world::Quality::beautiful) key.has_shadows = false;
@@ -79,6 +83,9 @@ std::string defines_of(const ShaderKey& key) {
     if (per_pixel && beautiful) define("GGX");
     if (per_pixel && beautiful) define("CONTACT_REACH " + std::to_string(scene::contact_reach_m));
     if (per_pixel && beautiful) define("TABLE_SIDE " + std::to_string(table_side) + ".0");
+    if (key.light_around != LightAround::hemisphere) define("BAKED");
+    if (key.light_around == LightAround::map) define("LIGHT_MAP");
+    if (key.light_around == LightAround::surroundings) define("SURROUNDINGS");
     if (key.has_shadows) define("SHADOWS");
     if (key.has_shadows) define("MAX_SHADOWS " + std::to_string(max_shadow_maps));
     if (key.has_shadows) define("SHADOW_MAP_SIDE " + std::to_string(shadow_map_side) + ".0");

@@ -15,6 +15,10 @@ namespace camrig::render::gl {
 enum class TextureUse : std::uint8_t { base_color, emissive, occlusion, normal, metallic_roughness };
 inline constexpr int texture_use_count = 5;
 
+/// Where light from all around comes from: of sky and ground by the normal, from the map of baked light, or from a
+/// place of it.
+enum class LightAround : std::uint8_t { hemisphere, map, surroundings };
+
 /// Which shader a draw needs: what its material and vertices have and how many lights reach it, never more. Equal keys
 /// share a program.
 struct ShaderKey {
@@ -30,6 +34,7 @@ struct ShaderKey {
     std::uint8_t local_lights = 0;
     bool has_shadows = false;  ///< one of the lights has a shadow map
     bool has_fog = false;
+    LightAround light_around = LightAround::hemisphere;
     bool batched = false;  ///< several draws at once (DrawPass)
     friend auto operator<=>(const ShaderKey&, const ShaderKey&) = default;
 };

@@ -16,6 +16,7 @@ inline constexpr unsigned draw_binding = 1;
 inline constexpr unsigned material_binding = 2;
 inline constexpr unsigned light_binding = 3;
 inline constexpr unsigned shadow_binding = 4;
+inline constexpr unsigned surroundings_binding = 5;
 /// Of storage blocks.
 inline constexpr unsigned body_binding = 0, capsule_binding = 1;
 
@@ -27,6 +28,7 @@ struct ViewBlock {
     glm::vec4 ground;
     glm::vec4 fog;
     glm::vec4 bodies;
+    glm::vec4 light_map;
     glm::vec4 truth_rows[3];
 };
 
@@ -35,6 +37,11 @@ struct DrawBlock {
     glm::vec4 normal_rows[3];
     glm::uvec4 ids;
     glm::vec4 tint;
+};
+
+/// Of a draw that takes its light from a place: a block of its own, for only pictures with baked light have them.
+struct SurroundingsBlock {
+    glm::vec4 rows[3];
 };
 
 /// Maximum draws per batch: their blocks fit into the 16 KiB that every device has for a uniform block.

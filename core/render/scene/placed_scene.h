@@ -51,6 +51,11 @@ struct PlacedSurface {
     bool is_contact_shadow = false;  ///< not at quality fast
     int deformation = -1;            ///< into those of its PlacedSurfaces; -1: rigid
     std::size_t index = 0;           ///< into PlacedSurfaces::all
+
+    /// Of its bounds, in the world.
+    glm::dvec3 middle() const {
+        return glm::dvec3(world_from_local * glm::dvec4(0.5f * (bounds.min + bounds.max), 1.0));
+    }
 };
 
 /// The different light sets of an instant; few, because neighbours share theirs.

@@ -9,13 +9,14 @@ layout(std140, binding = 0) uniform ViewBlock {
     vec4 ground;      // ambient from below; w: 1 where there is a tone curve
     vec4 fog;         // its colour; w: how much of it comes per metre
     vec4 bodies;      // x: how many there are (contact.glsl)
+    vec4 light_map;   // x: light of a full code of the map of baked light; yz: 1 / its width and height in texels
     vec4 truth_rows[3];  // the frame that true normals are given in, from this view's
 } view;
 
 struct Draw {
     vec4 position_rows[3];  // optical_from_local
     vec4 normal_rows[3];    // its cofactor matrix, times the sign of the determinant
-    uvec4 ids;              // x: object
+    uvec4 ids;              // x: object; yz: where its rectangle begins in the map of baked light, in texels
     vec4 tint;              // of the base color, where there are vertex colors
 };
 #ifdef BATCH_SIZE
@@ -23,6 +24,17 @@ layout(std140, binding = 1) uniform DrawBlocks { Draw draws[BATCH_SIZE]; };
 #define draw draws[gl_DrawIDARB]  // in vertex shaders
 #else
 layout(std140, binding = 1) uniform DrawBlock { Draw draw; };
+#endif
+
+// Light from all around at a place: on a surface with normal n, each channel is the dot product of its row and (n, 1).
+#ifdef SURROUNDINGS
+struct Surroundings { vec4 rows[3]; };
+#ifdef BATCH_SIZE
+layout(std140, binding = 5) uniform SurroundingsBlocks { Surroundings surroundings_of_draws[BATCH_SIZE]; };
+#define surroundings surroundings_of_draws[gl_DrawIDARB]  // in vertex shaders
+#else
+layout(std140, binding = 5) uniform SurroundingsBlock { Surroundings surroundings; };
+#endif
 #endif
 
 #define MAX_UV 5

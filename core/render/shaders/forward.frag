@@ -182,7 +182,12 @@ void main() {
     // hides it from its mirror image too, the more the rougher.
     mirrored *= clamp(pow(nv + occlusion, exp2(-16.0 * roughness - 1.0)) - 1.0 + occlusion, 0.0, 1.0);
 #endif
-    vec3 color = s.diffuse * (1.0 - mirror) * hemisphere(n) * occlusion + mirror * mirrored;
+    vec3 around = light_around(n);
+#ifdef BAKED
+    // What of sky and ground comes to the surface comes to its mirror image.
+    mirrored *= around / max(hemisphere(n), 1e-6);
+#endif
+    vec3 color = s.diffuse * (1.0 - mirror) * around * occlusion + mirror * mirrored;
     color *= open_share(in_object, position, geometric);
 #if DIRECTIONAL_LIGHTS > 0
     for (int i = 0; i < DIRECTIONAL_LIGHTS; ++i) {

@@ -4,6 +4,7 @@ layout(location = 2) in vec4 in_tangent;
 layout(location = 3) in vec2 in_uv0;
 layout(location = 4) in vec2 in_uv1;
 layout(location = 5) in vec4 in_color;
+layout(location = 6) in vec2 in_light_at;
 
 invariant gl_Position;
 
@@ -25,6 +26,12 @@ layout(location = 8) out vec4 out_tangent;
 #endif
 #ifdef GGX
 layout(location = 12) flat out uint out_object;
+#endif
+#ifdef LIGHT_MAP
+layout(location = 9) out vec2 out_light_at;
+#endif
+#ifdef SURROUNDINGS
+layout(location = 9) flat out vec4 out_surroundings[3];
 #endif
 #ifdef VERTEX_LIGHT
 layout(location = 9) out vec3 out_light;
@@ -83,6 +90,12 @@ void main() {
 #endif
 #ifdef GGX
     out_object = draw.ids.x;
+#endif
+#ifdef LIGHT_MAP
+    out_light_at = (in_light_at + vec2(draw.ids.yz)) * view.light_map.yz;
+#endif
+#ifdef SURROUNDINGS
+    out_surroundings = surroundings.rows;
 #endif
 #ifdef HAS_TANGENT
     // A mirroring turns the cross product of normal and tangent round, but not the bitangent.

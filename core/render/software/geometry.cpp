@@ -133,8 +133,7 @@ void ViewGeometry::use_baked_light(ViewDraw& draw) {
             glm::vec2(*placed.light_map_at) / glm::vec2(baked_->light->size.width, baked_->light->size.height);
         return;
     }
-    const glm::dvec3 middle(placed.world_from_local * glm::dvec4(0.5f * (placed.bounds.min + placed.bounds.max), 1.0));
-    if (const auto probe = scene::probe_at(baked_->light->grid, baked_->probes, middle))
+    if (const auto probe = scene::probe_at(baked_->light->grid, baked_->probes, placed.middle()))
         draw.surroundings =
             scene::surroundings_in_view(probe->scaled(view_.light_gain * view_.exposure_gain), view_.transform);
 }

@@ -96,9 +96,16 @@ TestWorld gallery() {
     return world;
 }
 
-Film::Film(const std::string& scene) {
-    // Baked light is seen by one renderer only, and the light of a scene is tested apart from how it is drawn.
-    auto loaded = world::load_scene("scenes/" + scene + ".json", {.baked_light = false});
+world::SnapshotRef with_moved_objects(const world::SnapshotRef& from, const glm::dvec3& by) {
+    auto statics = std::make_shared<world::StaticSet>(*from->statics);
+    for (world::Instance& object : statics->objects) object.position += by;
+    auto moved = std::make_shared<world::Snapshot>(*from);
+    moved->statics = statics;
+    return moved;
+}
+
+Film::Film(const std::string& scene, bool baked_light) {
+    auto loaded = world::load_scene("scenes/" + scene + ".json", {.baked_light = baked_light});
     if (!loaded) throw std::runtime_error(loaded.error().message);
     auto world = world::World::create(*loaded, 1);
     if (!world) throw std::runtime_error(world.error().message);

@@ -19,10 +19,14 @@ world::Primitive ball(float radius, int rings);
 /// move.
 TestWorld gallery();
 
+/// The snapshot with all that stands still elsewhere.
+world::SnapshotRef with_moved_objects(const world::SnapshotRef& from, const glm::dvec3& by);
+
 /// A scene of the repository, told in instants. The statics of all snapshots are the same ones.
 class Film {
 public:
-    explicit Film(const std::string& scene);
+    /// baked_light: that which lies beside the scene, if any.
+    explicit Film(const std::string& scene, bool baked_light = false);
     /// Instants must not go back.
     world::SnapshotRef at(TimeNs world_ns);
     /// The name of one of the scene's cameras, counted round.
