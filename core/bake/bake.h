@@ -16,7 +16,7 @@ struct BakeOptions {
     double texels_per_m = 10.0;  ///< fewer where the map would be larger than max_side
     int max_side = 2048;
     int rays = 256;                ///< of a texel
-    int bounces = 5;               ///< before the last
+    int bounces = 16;              ///< before the last, at most: fewer where they add nothing any more
     double probe_spacing_m = 1.0;  ///< wider where there would be more than max_probes
     int max_probes = 40000;
     std::size_t reflections = 12;  ///< reflection probes at most; fewer where less mirrors

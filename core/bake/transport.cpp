@@ -27,6 +27,8 @@ constexpr std::size_t block_of_texels = 2048;
 /// Beside them, so many to lamps.
 constexpr int lamp_rays_of_place = 4, lamp_rays_of_probe = 256;
 constexpr std::size_t max_layers = 64;
+/// A bounce that adds no more than this to any layer is the last.
+constexpr double settled_share = 0.003;
 
 using Gathered = std::array<glm::vec3, max_layers>;
 
@@ -72,6 +74,8 @@ private:
     bool gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const;
     bool gather_all(int rays, std::uint64_t stream, double share);
     void find_radiance();
+    double total(std::size_t layer) const;
+    bool bounce_all(double share);
     void mend_insides();
     void smooth();
     void find_probes(Transport& to, double share);
@@ -390,22 +394,40 @@ void Solver::find_reflections(Transport& to, double share) {
     }
 }
 
+double Solver::total(std::size_t layer) const {
+    double sum = 0.0;
+    for (const glm::vec3& light : light_[layer]) sum += static_cast<double>(light.r) + light.g + light.b;
+    return sum;
+}
+
+/// All of the bounces that count, from what the checkpoint has. False: it was ended.
+bool Solver::bounce_all(double share) {
+    const int done = options_.checkpoint != nullptr ? options_.checkpoint->resume(light_) : 0;
+    const double part = share / std::max(1, options_.bounces), end = done_ + share;
+    done_ += part * std::min(done, options_.bounces);
+    find_radiance();
+    bool is_settled = false;
+    for (int bounce = done; bounce < options_.bounces && !is_settled; ++bounce) {
+        std::vector<double> before(sources_.size());
+        for (std::size_t layer = 0; layer < before.size(); ++layer) before[layer] = total(layer);
+        if (!gather_all(options_.coarse_rays, 100 + 2 * static_cast<std::uint64_t>(bounce), part)) return false;
+        mend_insides();
+        find_radiance();
+        is_settled = true;
+        for (std::size_t layer = 0; layer < before.size(); ++layer)
+            is_settled = is_settled && std::abs(total(layer) - before[layer]) <= settled_share * before[layer];
+        if (options_.checkpoint != nullptr) options_.checkpoint->keep(bounce + 1, light_);
+    }
+    done_ = end;
+    return true;
+}
+
 Transport Solver::solve() {
     Transport made;
     find_direct();
     const double coarse = options_.coarse_rays * options_.bounces, fine = options_.rays;
     const double part = 0.9 / (coarse + fine);
-    const int done = options_.checkpoint != nullptr ? options_.checkpoint->resume(light_) : 0;
-    find_radiance();
-    done_ += part * options_.coarse_rays * std::min(done, options_.bounces);
-    for (int bounce = done; bounce < options_.bounces; ++bounce) {
-        if (!gather_all(options_.coarse_rays, 100 + 2 * static_cast<std::uint64_t>(bounce),
-                        part * options_.coarse_rays))
-            return made;
-        mend_insides();
-        find_radiance();
-        if (options_.checkpoint != nullptr) options_.checkpoint->keep(bounce + 1, light_);
-    }
+    if (!bounce_all(part * coarse)) return made;
     if (!gather_all(options_.rays, 10, part * fine)) return made;
     mend_insides();
     find_radiance();

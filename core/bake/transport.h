@@ -19,7 +19,7 @@ struct Source {
 struct TransportOptions {
     int rays = 512;                    ///< of a texel, for what is drawn
     int coarse_rays = 64;              ///< of a texel, for each bounce before
-    int bounces = 5;                   ///< beside the last
+    int bounces = 16;                  ///< beside the last, at most: fewer where they add nothing any more
     int probe_rays = 1024;             ///< of a probe
     std::size_t most_reflections = 0;  ///< reflection probes
     int threads = 1;

@@ -25,7 +25,7 @@ void BakeCommand::add_options(CLI::App& app) {
     app.add_option("--rays", options.rays, "for each texel; four times as many halve the noise")
         ->capture_default_str()
         ->check(CLI::Range(16, 65536));
-    app.add_option("--bounces", options.bounces, "of light before the last")
+    app.add_option("--bounces", options.bounces, "of light before the last, at most")
         ->capture_default_str()
         ->check(CLI::Range(0, 64));
     app.add_option("--probe-spacing", options.probe_spacing_m,

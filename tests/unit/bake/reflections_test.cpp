@@ -1,6 +1,8 @@
 #include "core/bake/reflections.h"
 
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -127,6 +129,46 @@ TEST(Reflections, ARayFromAnywhereMeetsWhatIsThere) {
     ASSERT_GT(of_missed, 1000);
     EXPECT_GT(met, 0.95 * of_met);
     EXPECT_GT(missed, 0.98 * of_missed);
+}
+
+CAMRIG_WIDE void light_along_wide(const render::scene::ReflectionsInView& view, const Lanes3& position,
+                                  const Lanes3& ray, const Lanes& roughness, Lanes3& to) {
+    to = render::software::light_along<render::software::Avx2Isa>(view, position, ray, roughness);
+}
+
+TEST(Reflections, AreTheSameBytesWithBothInstructionSets) {
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2") == 0) GTEST_SKIP() << "this processor has no AVX2";
+#endif
+    std::mt19937 random(4);
+    std::uniform_int_distribution<std::uint32_t> word;
+    std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+    ReflectionMaps maps;
+    world::ReflectionProbes probes;
+    for (int i = 0; i < 5; ++i) probes.places.emplace_back(4.0f * unit(random), 4.0f * unit(random), unit(random));
+    maps.texels.resize(probes.places.size() * static_cast<std::size_t>(ReflectionMaps::level_starts.back()));
+    for (std::uint32_t& texel : maps.texels) texel = word(random);
+    maps.nearness.resize(probes.places.size() * render::scene::bordered_texels(world::nearness_side));
+    for (float& nearness : maps.nearness) nearness = std::abs(unit(random));
+    const auto view = render::scene::reflections_in_view(maps, probes, {}, glm::vec3(1.0f));
+    const auto vector = [&](float scale) {
+        Lanes3 made;
+        for (Lanes* const lane : {&made.x, &made.y, &made.z})
+            for (int k = 0; k < 8; ++k) (*lane)[k] = scale * unit(random);
+        return made;
+    };
+    for (int i = 0; i < 2000; ++i) {
+        const Lanes3 position = vector(5.0f);
+        Lanes3 ray = vector(1.0f);
+        if (i % 10 == 0) ray.x = lanes(std::numeric_limits<float>::quiet_NaN());  // what no pixel shows may be anything
+        Lanes roughness = vector(1.0f).x;
+        roughness = roughness * roughness;
+        const Lanes3 plain = render::software::light_along<render::software::PlainIsa>(view, position, ray, roughness);
+        Lanes3 wide;
+        light_along_wide(view, position, ray, roughness, wide);
+        if (i % 10 == 0) continue;
+        ASSERT_EQ(std::memcmp(&plain, &wide, sizeof plain), 0) << i;
+    }
 }
 
 TEST(Reflections, RougherSurfacesSpreadThem) {

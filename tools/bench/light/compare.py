@@ -15,6 +15,15 @@ class Score:
     psnr_db: float
     ssim: float
     flip: float
+    #: Without what shines brighter than white and the pixels beside it: the reference mixes its light in a pixel before it is cut, we after.
+    psnr_without_lamps_db: float
+
+
+def beside_lamps(light: np.ndarray) -> np.ndarray:
+    """HxW: the pixels, and those beside them, where the reference's exposed light is over white."""
+    is_over = np.pad(light.max(axis=2) > 1.0, 1)
+    height, width = light.shape[:2]
+    return np.any([is_over[dy:dy + height, dx:dx + width] for dy in range(3) for dx in range(3)], axis=0)
 
 
 def mean_square(picture: np.ndarray, halves: tuple[np.ndarray, np.ndarray]) -> float:
@@ -32,15 +41,16 @@ def noise(halves: tuple[np.ndarray, np.ndarray]) -> float:
     return float(np.sqrt(np.mean((halves[0] - halves[1]) ** 2)) / 2)
 
 
-def score(picture: np.ndarray, halves: tuple[np.ndarray, np.ndarray]) -> Score:
-    """`picture` and halves: HxWx3 codes 0 to 255. SSIM and FLIP see the noise of the halves' mean; PSNR does not."""
+def score(picture: np.ndarray, halves: tuple[np.ndarray, np.ndarray], is_lamp: np.ndarray) -> Score:
+    """`picture` and halves: HxWx3 codes 0 to 255; is_lamp: beside_lamps(). SSIM and FLIP see the noise of the halves' mean; PSNR does not."""
     import flip_evaluator
     from skimage.metrics import structural_similarity
 
     mean = (halves[0] + halves[1]) / 2
     flip = flip_evaluator.evaluate((mean / 255).astype(np.float32), (picture / 255).astype(np.float32), "LDR")[1]
     ssim = structural_similarity(mean, picture, channel_axis=2, data_range=255, gaussian_weights=True, sigma=1.5, use_sample_covariance=False)
-    return Score(decibels(mean_square(picture, halves)), float(ssim), float(flip))
+    others = decibels(mean_square(picture[~is_lamp], (halves[0][~is_lamp], halves[1][~is_lamp])))
+    return Score(decibels(mean_square(picture, halves)), float(ssim), float(flip), others)
 
 
 def best_factor(picture: np.ndarray, reference: np.ndarray, *, is_toned: bool = False) -> float:
