@@ -7,13 +7,16 @@
 namespace camrig::render {
 namespace {
 
-View lobby(const Film& film) {
-    View view = film.view("lobby", {320, 240}, 71);
+View seen_from(const Film& film, const std::string& camera) {
+    View view = film.view(camera, {320, 240}, 71);
     auto spec = std::make_shared<world::CameraSpec>(*view.spec);
     spec->antialias = world::Antialias::none;
     view.spec = spec;
     view.quality = world::Quality::beautiful;
     return view;
+}
+View lobby(const Film& film) {
+    return seen_from(film, "lobby");
 }
 
 TEST(BakedHall, StandsInTheSameLight) {
@@ -26,6 +29,13 @@ TEST(BakedHall, StandsInTheSameLight) {
     EXPECT_LT(
         alike(drawn_by("llvmpipe", snapshot, view), drawn_by("llvmpipe", without.at(4 * ns_per_s), other)).share(), 0.5)
         << "baked light is not seen at all";
+}
+
+TEST(BakedHall, StandsInTheSameLightFromTheGallery) {
+    Film film("hall", true);
+    const auto snapshot = film.at(4 * ns_per_s);
+    EXPECT_FALSE(snapshot->statics->baked_light->reflection_probes.places.empty());
+    expect_alike(snapshot, seen_from(film, "gallery"), "gallery");
 }
 
 TEST(BakedHall, OnlyBeautifulLooksAtIt) {

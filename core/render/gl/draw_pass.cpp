@@ -34,9 +34,18 @@ void DrawPass::begin_view(const PassView& view, GpuScene& scene) {
     if (!beautiful_) beautiful_.emplace(gl_);
     beautiful_->bind(view.shadow_maps, view.light_map == nullptr ? 0 : view.light_map->texture());
     if (!view.shadows.empty()) bind_block(shadow_binding, shadow_block(view));
+    bind_reflections();
     if (view.bodies == nullptr) return;
     bind_storage(body_binding, view.bodies->bodies);
     bind_storage(capsule_binding, view.bodies->capsules);
+}
+
+void DrawPass::bind_reflections() {
+    if (view_.light_map == nullptr) return;
+    bind_block(reflection_binding, reflection_block(view_));
+    if (view_.light_map->reflection_texels() == 0) return;
+    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, reflection_texel_binding, view_.light_map->reflection_texels());
+    gl_.BindBufferBase(GL_SHADER_STORAGE_BUFFER, nearness_binding, view_.light_map->nearness());
 }
 
 template <typename Block>

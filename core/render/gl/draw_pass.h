@@ -54,6 +54,8 @@ private:
     void bind_block(GLuint binding, const Block& block);
     template <typename Entry>
     void bind_storage(GLuint binding, const std::vector<Entry>& entries);
+    /// What mirrors show, where there is baked light.
+    void bind_reflections();
     void use_program(GLuint program);
     void use_material(const GpuSurface& surface);
     void use_lights(const scene::PlacedSurface& surface);

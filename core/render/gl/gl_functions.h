@@ -7,6 +7,7 @@
 /// The OpenGL 4.5 core entry points this renderer uses, and no others: NAME is called as `gl.NAME(...)`.
 #define CAMRIG_GL_FUNCTIONS(X)                                    \
     X(AttachShader, ATTACHSHADER)                                 \
+    X(BindBufferBase, BINDBUFFERBASE)                             \
     X(BindBufferRange, BINDBUFFERRANGE)                           \
     X(BindBuffer, BINDBUFFER)                                     \
     X(BindFramebuffer, BINDFRAMEBUFFER)                           \

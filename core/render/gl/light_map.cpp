@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/render/scene/light_sum.h"
+#include "core/render/scene/reflections.h"
 
 namespace camrig::render::gl {
 namespace {
@@ -17,12 +18,23 @@ world::LightProbe open_place(const world::Environment& environment) {
     return probe;
 }
 
+/// None for nothing.
+template <typename Value>
+GlBuffer buffer_of(const GlFunctions& gl, const std::vector<Value>& values) {
+    if (values.empty()) return {};
+    GlBuffer buffer = make_buffer(gl);
+    gl.NamedBufferStorage(buffer.name(), static_cast<GLsizeiptr>(values.size() * sizeof(Value)), values.data(), 0);
+    return buffer;
+}
+
 }  // namespace
 
 void LightMap::update(const world::StaticSet& statics) {
     if (statics.baked_light == nullptr) {
         light_.reset();
         texture_ = {};
+        reflection_texels_ = {};
+        nearness_ = {};
         probes_.clear();
         return;
     }
@@ -39,6 +51,9 @@ void LightMap::update(const world::StaticSet& statics) {
     }
     gl_.TextureSubImage2D(texture_.name(), 0, 0, 0, light.size.width, light.size.height, GL_RGBA, GL_UNSIGNED_SHORT,
                           sum.texels.data());
+    const scene::ReflectionMaps reflections = scene::sum_reflections(light, weights);
+    reflection_texels_ = buffer_of(gl_, reflections.texels);
+    if (!is_same) nearness_ = buffer_of(gl_, reflections.nearness);
     if (is_out_of_memory(gl_)) throw std::bad_alloc();
     scale_ = sum.scale;
     probes_ = scene::sum_probes(light, weights);

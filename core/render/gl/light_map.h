@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "core/render/gl/gl_objects.h"
@@ -9,7 +10,7 @@
 namespace camrig::render::gl {
 
 /// Baked light of a scene as it is now, for pictures of quality `beautiful`: the map on the device, and what is in the
-/// open. Nothing of it is there before a scene with baked light is drawn at that quality.
+/// open and in mirrors. Nothing of it is there before a scene with baked light is drawn at that quality.
 class LightMap {
 public:
     explicit LightMap(const GlFunctions& gl) : gl_(gl) {}
@@ -22,6 +23,11 @@ public:
     GLuint texture() const { return texture_.name(); }
     ImageSize size() const { return light_->size; }
     float scale() const { return scale_; }  ///< light of a full code
+    /// Of the reflection probes, world.
+    std::span<const glm::vec3> reflection_places() const { return light_->reflection_probes.places; }
+    /// scene::ReflectionMaps on the device; 0: there are no such probes.
+    GLuint reflection_texels() const { return reflection_texels_.name(); }
+    GLuint nearness() const { return nearness_.name(); }
     /// Light where something is that has none of the map.
     world::LightProbe around(const scene::PlacedSurface& surface, const world::Environment& environment) const;
 
@@ -30,6 +36,7 @@ private:
     world::BakedLightRef light_;
     std::vector<glm::vec3> weights_;  ///< of its layers
     GlTexture texture_;
+    GlBuffer reflection_texels_, nearness_;
     float scale_ = 1.0f;
     std::vector<world::LightProbe> probes_;
 };

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 
+#include "core/base/result.h"
 #include "core/render/scene/view_lights.h"
 
 namespace camrig::render::gl {
@@ -64,6 +66,19 @@ SurroundingsBlock surroundings_block(const PassView& view, const scene::PlacedSu
     SurroundingsBlock block{};
     for (int i = 0; i < 3; ++i)
         block.rows[i] = glm::vec4(light.along[0][i], light.along[1][i], light.along[2][i], light.mean[i]);
+    return block;
+}
+
+ReflectionBlock reflection_block(const PassView& view) {
+    const ViewTransform& t = view.transform;
+    const std::span<const glm::vec3> places = view.light_map->reflection_places();
+    ReflectionBlock block{};
+    CHECK(places.size() <= std::size(block.places));
+    // The columns of its inverse, which is its transpose.
+    for (int i = 0; i < 3; ++i) block.world_rows[i] = glm::vec4(glm::vec3(t.optical_from_world[i]), 0.0f);
+    block.gain = glm::vec4(glm::vec3(view.exposure_gain), static_cast<float>(places.size()));
+    for (std::size_t i = 0; i < places.size(); ++i)
+        block.places[i] = glm::vec4(glm::vec3(t.optical_from_world * (glm::dvec3(places[i]) - t.eye)), 0.0f);
     return block;
 }
 

@@ -13,6 +13,8 @@ namespace camrig::render::gl {
 ViewBlock view_block(const PassView& view);
 ShadowBlock shadow_block(const PassView& view);
 DrawBlock draw_block(const scene::SeenSurface& seen);
+/// Of a view with a map of baked light.
+ReflectionBlock reflection_block(const PassView& view);
 /// Of a draw whose light_around() is that.
 SurroundingsBlock surroundings_block(const PassView& view, const scene::PlacedSurface& surface);
 /// For a shadow map: four rows of a matrix, the last in normal_rows[0] (shaders/shadow.vert).

@@ -24,8 +24,9 @@ GLuint ShaderCache::program(const ShaderKey& wanted) {
     if (found != programs_.end()) return found->second.name();
     const std::string common = std::string(shader_source::blocks) + shader_source::lighting;
     GlProgram program = must_build(gl_, "forward", defines_of(key), common + shader_source::forward_vert,
-                                   common + shader_source::baked + shader_source::contact + shader_source::shadow +
-                                       shader_source::srgb + shader_source::tone_curve + shader_source::forward_frag);
+                                   common + shader_source::baked + shader_source::reflections + shader_source::contact +
+                                       shader_source::shadow + shader_source::srgb + shader_source::tone_curve +
+                                       shader_source::forward_frag);
     return programs_.emplace(key, std::move(program)).first->second.name();
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/render/scene/body_capsules.h"
+#include "core/render/scene/reflections.h"
 #include "core/render/surface_tables.h"
 
 namespace camrig::render::gl {
@@ -10,6 +11,21 @@ namespace {
 
 int round_up(int count, std::initializer_list<int> steps) {
     return *std::ranges::find_if(steps, [count](int step) { return step >= count; });
+}
+
+/// Of shaders/reflections.glsl.
+std::string reflection_defines() {
+    static_assert(world::reflection_levels[3].side == world::reflection_levels[0].side >> 3);
+    std::string starts;
+    for (const std::int32_t start : scene::ReflectionMaps::level_starts)
+        starts += (starts.empty() ? "" : ", ") + std::to_string(start);
+    return "#define MAX_REFLECTION_PROBES " + std::to_string(world::max_reflection_probes) +
+           "\n#define REFLECTION_LEVELS " + std::to_string(world::reflection_levels.size()) +
+           "\n#define REFLECTION_STARTS " + starts + "\n#define REFLECTION_SIDE " +
+           std::to_string(world::reflection_levels[0].side) + "\n#define NEARNESS_SIDE " +
+           std::to_string(world::nearness_side) + "\n#define ROUGHNESS_OF_LEVEL " +
+           std::to_string(world::roughness_of_level) + "\n#define ROUGHEST_REFLECTION " +
+           std::to_string(world::reflection_levels.back().roughness) + "\n";
 }
 
 }  // namespace
@@ -83,7 +99,7 @@ std::string defines_of(const ShaderKey& key) {
     if (per_pixel && beautiful) define("GGX");
     if (per_pixel && beautiful) define("CONTACT_REACH " + std::to_string(scene::contact_reach_m));
     if (per_pixel && beautiful) define("TABLE_SIDE " + std::to_string(table_side) + ".0");
-    if (key.light_around != LightAround::hemisphere) define("BAKED");
+    if (key.light_around != LightAround::hemisphere) text += "#define BAKED\n" + reflection_defines();
     if (key.light_around == LightAround::map) define("LIGHT_MAP");
     if (key.light_around == LightAround::surroundings) define("SURROUNDINGS");
     if (key.has_shadows) define("SHADOWS");

@@ -5,6 +5,7 @@ namespace camrig::render::gl::shader_source {
 extern const char* const blocks;
 extern const char* const lighting;
 extern const char* const baked;
+extern const char* const reflections;
 extern const char* const contact;
 extern const char* const shadow;
 extern const char* const srgb;

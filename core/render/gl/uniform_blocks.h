@@ -6,6 +6,7 @@
 
 #include "core/render/scene/light_selection.h"
 #include "core/render/shadow_plan.h"
+#include "core/world/baked/reflection_probes.h"
 
 /// The uniform blocks of shaders/blocks.glsl as C++ (std140: only vec4 and arrays of it, so both layouts agree).
 /// Grouped by how often they change, and small: llvmpipe copies each changed block whole.
@@ -17,8 +18,9 @@ inline constexpr unsigned material_binding = 2;
 inline constexpr unsigned light_binding = 3;
 inline constexpr unsigned shadow_binding = 4;
 inline constexpr unsigned surroundings_binding = 5;
+inline constexpr unsigned reflection_binding = 6;
 /// Of storage blocks.
-inline constexpr unsigned body_binding = 0, capsule_binding = 1;
+inline constexpr unsigned body_binding = 0, capsule_binding = 1, reflection_texel_binding = 2, nearness_binding = 3;
 
 struct ViewBlock {
     glm::vec4 projection;
@@ -73,6 +75,13 @@ struct ShadowBlock {
         glm::vec4 texel;
     };
     Map maps[max_shadow_maps];
+};
+
+/// Of a view with baked light (shaders/reflections.glsl).
+struct ReflectionBlock {
+    glm::vec4 world_rows[3];
+    glm::vec4 gain;
+    glm::vec4 places[world::max_reflection_probes];
 };
 
 struct LocalLightBlock {

@@ -174,18 +174,20 @@ void main() {
 #ifdef BLEND
     if (is_glass) mirror *= 2.0 / (1.0 + mean(mirror));  // a pane mirrors at both of its sides
 #endif
-    float height = dot(reflect(-s.view, n), view.up.xyz);
+    vec3 ray = reflect(-s.view, n);
+    float height = dot(ray, view.up.xyz);
     float sky = textureLod(sky_table, table_place(0.5 + 0.5 * height, roughness), 0.0).r;
     vec3 mirrored = max(mix(view.ground.rgb, view.sky.rgb, sky), 0.0);
-#ifdef OCCLUSION_UV
-    // Lagarde and de Rousiers, Moving Frostbite to physically based rendering, 2014: what hides the sky from a surface
-    // hides it from its mirror image too, the more the rougher.
-    mirrored *= clamp(pow(nv + occlusion, exp2(-16.0 * roughness - 1.0)) - 1.0 + occlusion, 0.0, 1.0);
-#endif
     vec3 around = light_around(n);
 #ifdef BAKED
     // What of sky and ground comes to the surface comes to its mirror image.
     mirrored *= around / max(hemisphere(n), 1e-6);
+    mirrored = with_images(mirrored, position, ray, roughness);
+#endif
+#ifdef OCCLUSION_UV
+    // Lagarde and de Rousiers, Moving Frostbite to physically based rendering, 2014: what hides the sky from a surface
+    // hides it from its mirror image too, the more the rougher.
+    mirrored *= clamp(pow(nv + occlusion, exp2(-16.0 * roughness - 1.0)) - 1.0 + occlusion, 0.0, 1.0);
 #endif
     vec3 color = s.diffuse * (1.0 - mirror) * around * occlusion + mirror * mirrored;
     color *= open_share(in_object, position, geometric);

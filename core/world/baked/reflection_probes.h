@@ -37,6 +37,8 @@ constexpr float nearness_of(float distance_m) {
     return 1.0f / (1.0f + distance_m);
 }
 
+inline constexpr std::size_t max_reflection_probes = 64;
+
 /// What they see is in the layers of light (LightLayer::reflections).
 struct ReflectionProbes {
     std::vector<glm::vec3> places;        ///< world
