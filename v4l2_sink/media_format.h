@@ -10,17 +10,18 @@
 
 namespace camrig::device {
 
-/// Options of outputs that are devices, of either kind.
+/// Options that both kinds of V4L2 output have: devices of the kernel module v4l2loopback and those in user space.
 inline Field video_number_field() {
     return {.name = "number", .doc = "N of /dev/videoN", .required = true, .range = {0, 255}};
 }
-/// 4:2:2 unless its user wants otherwise: most webcams send that, and some readers (guvcview) take it for granted.
+/// Chroma subsampling of MJPG. The default is 4:2:2: most webcams send that, and some readers (guvcview) take it for
+/// granted.
 inline Field subsampling_field(std::string option = {}) {
     return {.name = "subsampling", .doc = "chroma of MJPG", .option = std::move(option)};
 }
 
-/// The bus's name for a V4L2 format of this size, for devices of either kind; nothing for a fourcc that is none of
-/// ours.
+/// The format to subscribe to on the frame bus for frames of this V4L2 pixel format and size; nullopt for a pixel
+/// format that camrig does not offer.
 inline std::optional<stream::MediaFormat> media_format_of(std::uint32_t fourcc, ImageSize size,
                                                           codec::ChromaSampling mjpg_sampling) {
     stream::MediaFormat media;

@@ -14,19 +14,20 @@
 
 namespace camrig::device {
 
-/// Work from other threads for one that polls: fd() is readable while there is some. Any thread may post.
+/// Tasks that other threads post to a thread that waits in poll(): fd() is readable while any wait. Any thread may
+/// post.
 ///
-/// What clients may ask for as often as they like has a name, so that no more of it waits than there are things to
-/// name, however long the thread is kept from its work.
+/// A task that clients can cause as often as they like is posted by name and replaces the one of that name that waits:
+/// so the queue is bounded by the number of names.
 class TaskQueue {
 public:
     using Task = std::function<void()>;
-    /// Without a name: a device or a session has few under way; so many are a bug.
+    /// Of tasks without a name. A device or a session has a few at a time, so reaching this is a bug (CHECK).
     static constexpr std::size_t max_tasks = 100'000;
 
     int fd() const { return event_.get(); }
     void post(Task task) { CHECK(tasks_.put(std::move(task))); }
-    /// Takes the place of the task of this name that waits. Tasks with names run in the order of their names.
+    /// Replaces the task of this name, if one waits. Named tasks run in the order of their names.
     void post(std::string name, Task task) {
         {
             std::lock_guard lock(mutex_);
@@ -36,7 +37,7 @@ public:
         }
         post([this] { run_named(); });
     }
-    /// Runs what is there.
+    /// Runs all tasks that wait.
     void run() {
         eventfd_t ignored;
         ::eventfd_read(event_.get(), &ignored);

@@ -84,6 +84,8 @@ def check(image: Image, folder: Path, verdicts: Verdicts) -> None:
     ran = lambda *words: subprocess.run(image.command(one, *words), capture_output=True, text=True, timeout=120)  # noqa: E731
     verdicts.check("image: camrig runs in it as the user of the image", ran("id", "-u").stdout.strip() == "1000" and ran("camrig", "--version").returncode == 0)
     verdicts.check("image: camrig farm finds its Python packages", all(name in ran("camrig", "farm", "--help").stdout for name in ("node", "door", "record")))
+    drivers = ran("sh", "-c", "ls /usr/lib/*/dri /usr/lib/*/libLLVM* 2>/dev/null").stdout.strip()
+    verdicts.check("image: Mesa's drivers are not in it", drivers == "", drivers)
     told = ran("/opt/camrig/bin/python", "-c", "import camrig, ray, pyarrow, scipy; rig = camrig.start('minimal', mode='lockstep'); rig.step(seconds=0.1); "
                "print(rig.create_camera('eye', size=(160, 120), fps=10).frame().image.shape)")
     verdicts.check("image: camrig serve shows pictures in it", told.stdout.strip() == "(120, 160, 3)", told.stdout + told.stderr[-500:])

@@ -86,8 +86,11 @@ def test_the_debian_package_is_whole_and_runs_where_it_is_taken_apart(extracted)
     root, control = extracted
     assert "Package: camrig\n" in control and "Depends: " in control
     depends = control.split("Depends: ")[1].splitlines()[0]
-    for library in ("libc6", "libgstreamer1.0-0", "libgstrtspserver-1.0-0", "libegl1", "gstreamer1.0-plugins-ugly"):
+    for library in ("libc6", "libgstreamer1.0-0", "libgstrtspserver-1.0-0", "gstreamer1.0-plugins-ugly"):
         assert library in depends, depends
+    # Mesa is loaded for some pictures only; of what camrig does without it nothing is to fail for want of a package.
+    assert "mesa" not in depends and "libegl" not in depends
+    assert "libgl1-mesa-dri" in control.split("Recommends: ")[1].splitlines()[0]
     assert "RUNPATH" not in run("readelf", "-d", root / "usr/bin/camrig")
     import camrig
 

@@ -20,7 +20,7 @@ from tools.bench import report  # noqa: E402
 
 #: The parts that a page must have. Every part of any page must be sealed.
 PAGES = {
-    "accuracy.md": "bounds reprojection calibration stereo offset depth inverse lens_methods antialias textures colour jpeg h264",
+    "accuracy.md": "bounds curve detail shadows reprojection calibration stereo offset depth inverse lens_methods antialias textures colour jpeg h264",
     "backdrops.md": "place",
     "devices.md": "colours latency",
     "farm-model.md": "measured log moves batch",

@@ -16,7 +16,7 @@ struct LoopbackFormat {
     std::uint32_t fourcc = V4L2_PIX_FMT_YUYV;
     ImageSize size;
     Rate rate;
-    codec::ChromaSampling mjpg_sampling = codec::ChromaSampling::yuv422;  ///< of MJPG; the kernel knows nothing of it
+    codec::ChromaSampling mjpg_sampling = codec::ChromaSampling::yuv422;  ///< of MJPG; not part of V4L2's format
 
     /// "YUYV 640x480".
     std::string to_string() const;
@@ -24,11 +24,12 @@ struct LoopbackFormat {
     friend bool operator==(const LoopbackFormat&, const LoopbackFormat&) = default;
 };
 
-/// The format of an output of this camera, whose width and height are even.
+/// The format of an output of this camera. The width and height of the camera must be even.
 LoopbackFormat loopback_format_of(const stream::CameraStream& camera, const LoopbackOutput& output);
-/// In which form the bus gives pictures of this format; nothing for a fourcc that is none of ours.
+/// The format to subscribe to on the frame bus for frames of this format; nullopt for a fourcc that camrig does not
+/// offer.
 std::optional<stream::MediaFormat> media_format_of(const LoopbackFormat& format);
-/// How V4L2 says it, with BT.601 limited range (MJPG: JFIF; BGR3: full range) in the colour fields.
+/// As VIDIOC_S_FMT takes it. Colour fields: BT.601, limited range; of MJPG those of JFIF, of BGR3 full range.
 v4l2_pix_format pix_format_of(const LoopbackFormat& format);
 
 }  // namespace camrig::device

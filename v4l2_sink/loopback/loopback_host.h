@@ -17,33 +17,35 @@
 
 namespace camrig::device {
 
-/// What one device shall show.
+/// The configuration of one device: its camera and format.
 struct LoopbackSettings {
     int number = 0;
     std::string camera;
     LoopbackFormat format;
 };
 
-/// Brings the loopback devices to their settings, and keeps them there: makes and removes them, opens them,
-/// subscribes to the bus while somebody reads, keeps silent ones alive, tries again what did not work (each failure is
-/// logged once). No thread and no waiting of its own; everything runs on the loopback server's thread.
+/// Manages the loopback devices of a rig: makes, opens and removes them as their settings say, subscribes to the frame
+/// bus while a program reads, repeats the last frame of a camera that sends none, and retries what failed (each failure
+/// is logged once). Never blocks; everything runs on the loopback server's thread.
 class LoopbackHost {
 public:
     struct Options {
-        /// Subscribe even while nobody reads: for lockstep, where a reader that was just opened may miss no picture.
+        /// Subscribe even while no program reads: for lockstep, where a reader that has just opened the device must not
+        /// miss a frame.
         bool always_subscribed = false;
     };
 
-    /// What comes back from other threads (bus, fetcher) is posted to `tasks`.
+    /// Callbacks of other threads (bus, fetcher) post to `tasks`, which the loopback server's thread runs.
     LoopbackHost(stream::FrameBus& bus, stream::FrameFetcher& fetcher, LoopbackKernel& kernel,
                  std::shared_ptr<TaskQueue> tasks, Options options);
-    /// Removes the rig's own devices; one that is being read stays, for the next rig.
+    /// Removes the devices that this rig made, but for those that a program still reads: the next rig uses them.
     ~LoopbackHost();
 
-    /// A new device, or a change of one: the number decides.
+    /// Adds a device, or changes the settings of the one that has this number.
     void set(LoopbackSettings settings, TimeNs monotonic_ns);
     void unset(int number, TimeNs monotonic_ns);
-    /// Whatever is due. A few times a second, and when one of watch_fds() is ready.
+    /// Does what is due: retries, repeated frames, readers that came or went. To be called a few times a second, and
+    /// when one of watch_fds() is ready.
     void tick(TimeNs monotonic_ns);
     /// To be polled for POLLPRI.
     std::vector<int> watch_fds() const;

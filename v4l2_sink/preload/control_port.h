@@ -16,7 +16,7 @@ struct DeviceControl {
     enum class Kind : std::uint8_t { integer, boolean, menu, button };
     std::uint32_t id = 0;  ///< V4L2_CID_*
     Kind kind = Kind::integer;
-    std::string name;  ///< as the kernel names it; v4l2-ctl and usb_cam go by it
+    std::string name;  ///< the kernel's name of the control; v4l2-ctl and usb_cam find controls by it
     std::int32_t minimum = 0;
     std::int32_t maximum = 0;
     std::int32_t step = 1;
@@ -30,19 +30,21 @@ struct DeviceControlValue {
     std::int32_t value = 0;
 };
 
-/// What the controls of user-space devices act on; passed in by the composition root. list() and get() answer from
-/// what is known; nothing blocks; calls come from the device server's thread.
+/// The camera controls that user-space devices offer as V4L2 controls. The rig implements it. Calls come from the
+/// device server's thread and must not block: list() and get() answer from a cache.
 class ControlPort {
 public:
     virtual ~ControlPort() = default;
     virtual std::vector<DeviceControl> list(std::string_view camera) = 0;
     /// The value that was set last.
     virtual Result<std::int32_t> get(std::string_view camera, std::uint32_t id) = 0;
-    /// The value now, which another is of what is on its way to what was set. `done` is called once, from any thread.
+    /// The present value, which differs from the one that was set while a control moves there (pan, tilt, zoom of a PTZ
+    /// head). `done` is called once, from any thread.
     virtual void ask(std::string_view camera, std::uint32_t id, std::function<void(Result<std::int32_t>)> done) {
         done(get(camera, id));
     }
-    /// All of the values or none; they are within the limits of list(). `done` is called once, from any thread.
+    /// Sets all of the values, or none if one is refused. They are within the ranges of list(). `done` is called once,
+    /// from any thread.
     virtual void set(std::string_view camera, std::span<const DeviceControlValue> values,
                      std::function<void(Result<void>)> done) = 0;
 };

@@ -11,12 +11,12 @@
 
 namespace camrig::device {
 
-/// The controls of all devices: requested control changes go to the rig's ControlPort, changes to all who subscribed to
-/// them. Device server's thread.
+/// Handles the control requests of all devices (VIDIOC_QUERYCTRL, G_CTRL, S_CTRL, SUBSCRIBE_EVENT): passes them to the
+/// rig's ControlPort, and sends control events to the programs that subscribed. Device server's thread.
 class DeviceControls {
 public:
     using SessionRef = std::shared_ptr<DeviceSession>;
-    /// Who has a device of this camera open now.
+    /// The sessions that have a device of this camera open.
     using Openers = std::function<std::vector<SessionRef>(const std::string& camera)>;
 
     DeviceControls(std::shared_ptr<ControlPort> port, std::shared_ptr<TaskQueue> tasks, Openers openers)
@@ -24,13 +24,13 @@ public:
 
     /// Fills in the list of controls.
     void describe(const std::string& camera, camrig_description& description);
-    /// Answered once the rig has said what the value is now.
+    /// Replies when ControlPort::ask() has called back.
     Handled get(const SessionRef& session, const std::string& camera, const camrig_request& request);
-    /// Answered once the rig has done it.
+    /// Replies when ControlPort::set() has called back.
     Handled set(const SessionRef& session, const std::string& camera, const camrig_request& request);
     Handled menu(DeviceSession& session, const std::string& camera, const camrig_request& request);
     static Handled subscribe(DeviceSession& session, const camrig_request& request);
-    /// Somebody other than a program changed these.
+    /// Sends an event of this control to its subscribers: its value was changed, but not through a device.
     void changed(const std::string& camera, std::uint32_t id);
 
 private:

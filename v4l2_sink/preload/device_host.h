@@ -17,29 +17,29 @@
 
 namespace camrig::device {
 
-/// Answers what programs ask of their devices: the meaning of every request of protocol.h. No threads and no waiting;
-/// everything runs on the device server's thread. Messages are checked completely; a peer that breaks the protocol gets
-/// an error or loses its connection, never more.
+/// Handles the requests that programs send for their open devices (protocol.h). Never blocks; everything runs on the
+/// device server's thread. Messages are validated completely: a peer that violates the protocol gets an error or is
+/// disconnected.
 class DeviceHost {
 public:
     static constexpr std::size_t max_sessions = 1024;
 
-    /// What comes back from other threads (bus, controls) is posted to `tasks`.
+    /// Callbacks of other threads (bus, controls) post to `tasks`, which the device server's thread runs.
     DeviceHost(stream::FrameBus& bus, std::shared_ptr<ControlPort> controls, const std::shared_ptr<TaskQueue>& tasks);
     ~DeviceHost();
 
-    /// In place of one of the same number, which is unplugged.
+    /// Replaces a device of the same number: programs that have that open see it unplugged.
     void add_device(int number, std::string camera, codec::ChromaSampling mjpg_sampling);
-    /// Its openers see it unplugged.
+    /// Programs that have it open see it unplugged.
     void remove_device(int number);
-    /// How a camera fails for those who open it and call.
+    /// Which calls on a camera's devices fail from now on, by a fault.
     void set_standing(const std::string& camera, const fault::Standing& standing);
-    /// Tells openers who asked for it that somebody else changed these controls of a camera.
+    /// Sends an event of this control to its subscribers: its value was changed, but not through a device.
     void control_changed(const std::string& camera, std::uint32_t id) { controls_.changed(camera, id); }
 
-    /// One message of one program.
+    /// Handles a message that came from a program.
     void receive(const std::shared_ptr<DeviceSession>& session, std::span<const std::byte> message);
-    /// The program closed its device, ended or was thrown out.
+    /// The connection has ended: the program closed its device, exited or was disconnected.
     void leave(const std::shared_ptr<DeviceSession>& session);
     void tick(TimeNs monotonic_ns);
 
@@ -58,15 +58,16 @@ private:
 
     int describe(DeviceSession& session, const DeviceState& device, int number);
     camrig_format format_of(const DeviceSession& session) const;
-    /// Do the two meet in one queue, as two openers of a hardware camera do? Those of one program do.
+    /// Whether two sessions share one buffer queue. In the kernel all openers of a device do; here those of one
+    /// process.
     bool share_queue(const DeviceSession& a, const DeviceSession& b) const;
     bool owned_by_another(const DeviceSession& session) const;
     void share_priorities(int number);
-    /// Tells the library which calls fail.
+    /// Writes to the shared reader page which calls fail.
     void share_errors(DeviceSession& session);
     const std::string& camera_of(const DeviceSession& session) const;
     std::vector<SessionRef> openers_of(const std::string& camera) const;
-    /// All who read this ring see their device unplugged.
+    /// Programs that read this ring see their device unplugged.
     void unplug(const std::shared_ptr<FedRing>& ring);
     void end(const SessionRef& session);
 
@@ -74,7 +75,7 @@ private:
     DeviceControls controls_;
     RingPool rings_;
     std::map<int, DeviceState> devices_;
-    std::map<std::string, fault::Standing> standing_;  ///< of cameras that fail so
+    std::map<std::string, fault::Standing> standing_;  ///< by camera: which calls fail
     std::set<SessionRef> sessions_;
     std::vector<SessionRef> ended_;
     ThreadCheck thread_;

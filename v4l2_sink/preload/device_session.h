@@ -35,28 +35,30 @@ struct DeviceState {
     std::optional<camrig_format> format;  ///< as last set by anybody; new openers start with it
 };
 
-/// What handling a request gives: the errno value that its reply tells, 0 for success; or that the reply, with more in
-/// it, was sent or will be.
+/// The result of handling a request: the errno value to reply with, 0 for success; or `answered`, when the handler has
+/// sent a reply of its own or will do so later.
 using Handled = std::optional<int>;
 inline constexpr std::nullopt_t answered = std::nullopt;
 
-/// With a zero at the end, cut to fit.
+/// Copies into a field of fixed size: truncated if it does not fit, always null-terminated.
 void copy_text(std::span<char> to, std::string_view text);
 int errno_of(const Error& error);
 
-/// One open() of a device by a program: the rig's end of its two sockets. Device server's thread.
+/// One open file description of a device in a program: the rig's end of its two sockets (protocol.h). Device server's
+/// thread.
 class DeviceSession {
 public:
     explicit DeviceSession(UniqueFd control);
 
     int control_fd() const { return control_.get(); }
-    /// Its number, as the kernel knows it here; 0: of another process namespace.
+    /// Its process id by SO_PEERCRED; 0 if it runs in another pid namespace.
     pid_t peer_process() const;
-    /// Sends a message, never waiting; a peer that does not take it is given up (`dead`).
+    /// Sends a message without blocking. A peer whose socket is full is given up: `dead` is set.
     void send(std::span<const std::byte> message, std::span<const int> fds = {});
     void reply(std::uint32_t serial, camrig_reply reply, std::span<const int> fds = {});
     void fail(std::uint32_t serial, int error_number, std::uint32_t detail = 0);
-    /// A control has a new value. While the peer does not read, of each control the newest waits, as in the kernel.
+    /// Sends a control event. While the peer does not read, only the newest event of each control is kept, as in the
+    /// kernel.
     void tell(const camrig_control_event& event);
     /// Sends the events that wait, if the peer takes them.
     void send_waiting();

@@ -1,21 +1,21 @@
 #pragma once
 
-// V4L2's names for the numbers of a sensor (pixfmt-yuv-luma.rst, pixfmt-srggb*.rst of the kernel's documentation): 8
-// bits in a byte, others in two, little-endian. For the rig's side and for the library, which has no C++ runtime.
+// V4L2's pixel formats for raw sensor data (pixfmt-yuv-luma.rst, pixfmt-srggb*.rst of the kernel's documentation): 8
+// bits in one byte, more in two, little-endian. Used by the rig and by the preloaded library, which has no C++ runtime.
 
 #include <linux/videodev2.h>
 #include <stdint.h>
 
 namespace camrig::device {
 
-/// By the first row and the second.
+/// Bayer pattern: the colours of the first two pixels of the first row, then of the second row.
 enum class Mosaic : uint8_t { none, rggb, grbg, gbrg, bggr };
 
 struct NumberFourcc {
     uint32_t fourcc;
     Mosaic mosaic;
     uint8_t bits;
-    const char* name;  ///< as the kernel calls it (v4l2-ioctl.c)
+    const char* name;  ///< v4l2_fmtdesc::description, as in the kernel's v4l2-ioctl.c
 };
 
 inline constexpr NumberFourcc number_fourccs[] = {
@@ -46,7 +46,7 @@ inline constexpr NumberFourcc number_fourccs[] = {
     {V4L2_PIX_FMT_SBGGR16, Mosaic::bggr, 16, "16-bit Bayer BGBG/GRGR"},
 };
 
-/// Null: a format of pictures.
+/// Null if the pixel format is not one of raw sensor data.
 constexpr const NumberFourcc* number_fourcc(uint32_t fourcc) {
     for (const NumberFourcc& one : number_fourccs)
         if (one.fourcc == fourcc) return &one;

@@ -11,11 +11,11 @@
 
 namespace camrig::device {
 
-/// The rings that somebody reads: one per camera, format, size and rate, fed by the bus for as long as it is held.
-/// Device server's thread.
+/// The frame rings that programs read: one for each camera, format, size and rate. A ring is subscribed to the frame
+/// bus for as long as anybody holds a reference to it. Device server's thread.
 class RingPool {
 public:
-    /// `lost` hears of rings that nothing feeds any more: their camera was deleted.
+    /// `lost` is called with each ring whose camera was deleted.
     RingPool(stream::FrameBus& bus, std::shared_ptr<TaskQueue> tasks,
              std::function<void(const std::shared_ptr<FedRing>&)> lost)
         : bus_(bus), tasks_(std::move(tasks)), lost_(std::move(lost)) {}
@@ -23,7 +23,7 @@ public:
     /// The ring of this format, existing or new; not_found when the bus has no such camera.
     Result<std::shared_ptr<FedRing>> take(const std::string& camera, const camrig_format& format,
                                           codec::ChromaSampling mjpg_sampling);
-    /// Keeps silent cameras alive (see DeviceRing::repeat_if_idle).
+    /// Repeats the last frame of cameras that send none (DeviceRing::repeat_if_idle).
     void tick(TimeNs monotonic_ns);
 
 private:

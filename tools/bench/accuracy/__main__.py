@@ -14,7 +14,7 @@ import time
 BENCH = pathlib.Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(BENCH), str(BENCH.parents[1])]
 
-from accuracy import REPOSITORY, part_calibration, part_codecs, part_cost, part_points, part_sampling  # noqa: E402
+from accuracy import REPOSITORY, part_calibration, part_codecs, part_cost, part_points, part_sampling, part_shadows  # noqa: E402
 from accuracy.section import Section  # noqa: E402
 from tools.bench import report  # noqa: E402
 
@@ -30,6 +30,7 @@ PARTS = {
     "antialias": part_sampling.antialias,
     "textures": part_sampling.textures,
     "detail": part_cost.detail,
+    "shadows": part_shadows.edges_and_cost,
     "colour": part_codecs.colour,
     "jpeg": part_codecs.jpeg,
     "h264": part_codecs.h264,
