@@ -29,20 +29,32 @@ def off(a, b):
     return np.abs(a.astype(int) - b.astype(int)).max(-1)
 
 
+def averaged(picture, factor):
+    """The picture in a smaller size, each pixel the mean of the light under it, as a lens and a sensor have it."""
+    value = np.arange(256) / 255
+    linear = np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4)[picture]
+    height, width = picture.shape[:2]
+    light = linear.reshape(height // factor, factor, width // factor, factor, 3).mean((1, 3))
+    return np.round(255 * np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)).astype(np.uint8)
+
+
+def enlarged(intrinsics, factor):
+    """Of a picture with so many times the pixels."""
+    return {key: factor * value + ((factor - 1) / 2 if key.startswith("c") else 0) for key, value in intrinsics.items()}
+
+
 @pytest.mark.camrig(scene="street", mode="lockstep", seed=5)
 def test_a_camera_moves_before_a_photo_as_before_the_street(rig, tmp_path):
     """From the photo's place it is the plate; moved by 30 cm it is the street seen from there, but for what the photo cannot show."""
     photo = tmp_path / "street.png"
-    empty_street(rig, photo, size=(1280, 960))
+    cv2.imwrite(str(photo), averaged(empty_street(rig, photo, size=(2560, 1920)), 2))
     proxies = {"scene": "proxies"}
     plate = rig.create_camera("plate", **CORNER, backdrop={"file": str(photo), "proxies": proxies})
     seen = rig.create_camera("seen", **CORNER)
     taken = taken_by(seen)
-    # Those of the photo's own pixels, of which the stream has half as many.
-    for key in ("cx", "cy"):
-        taken["intrinsics"][key] = 2 * taken["intrinsics"][key] + 0.5
-    for key in ("fx", "fy"):
-        taken["intrinsics"][key] *= 2
+    # Those of the photo's own pixels, of which the stream has half as many; the mean of 16 of `fine` is what is right.
+    fine = rig.create_camera("fine", size=(2560, 1920), fps=25, intrinsics=enlarged(taken["intrinsics"], 4), **taken["taken_from"])
+    taken["intrinsics"] = enlarged(taken["intrinsics"], 2)
     cam = rig.create_camera("moves", **CORNER, backdrop={"kind": "projected", "file": str(photo), "proxies": proxies, **taken})
     rig.step(seconds=0.4)
     assert off(plate.frame().image, cam.frame().image).max() <= 1
@@ -52,28 +64,30 @@ def test_a_camera_moves_before_a_photo_as_before_the_street(rig, tmp_path):
     pose = seen.get()["pose"]
     x, y, z = pose["position"]
     beside = {"position": [x + 0.2, y + 0.2, z + 0.1], "pan_deg": pose["pan_deg"] + 1, "tilt_deg": pose["tilt_deg"] - 1, "roll_deg": 0.5}
-    for name in ("seen", "moves"):
+    for name in ("seen", "moves", "fine"):
         rig.call("camera.set", name=name, pose=beside, seconds=1)
     for seconds in (0.4, 1.0):
         rig.step(seconds=seconds)
         for kind in ("depth", "instance", "semantic", "normal"):
             assert np.array_equal(seen.frame(kind=kind).image, cam.frame(kind=kind).image), kind
         assert cam.truth()["objects"] == seen.truth()["objects"]
-        street, projected = seen.frame().image, cam.frame().image
+        street, projected = averaged(fine.frame().image, 4), cam.frame().image
         difference = off(street, projected)
+        print("moved", seconds, [round(float(np.mean(difference <= t)), 4) for t in (2, 4, 8, 16)], difference.mean(), off(street, plate.frame().image).mean())
         assert np.mean(difference <= 8) > 0.85, np.mean(difference <= 8)
         assert difference.mean() < off(street, plate.frame().image).mean() / 3
-    # Where it differs is what the photo does not show, or a mixed edge.
+    # Where it differs is what the photo does not show, or detail as small as its pixels.
     took = rig.create_camera("took", size=(1280, 960), intrinsics=taken["intrinsics"], **taken["taken_from"], fps=25,
                              backdrop={"file": str(photo), "proxies": proxies})
     rig.step(seconds=0.04)
     guide = {}
     exec(re.search(r"```python\n(import numpy as np\n\ndef seen_by_photo.*?)```", BACKDROPS.read_text(), re.DOTALL)[1], guide)
     seen_there = guide["seen_by_photo"](cam, took)
-    difference = off(seen.frame().image, cam.frame().image)
+    difference = off(averaged(fine.frame().image, 4), cam.frame().image)
     nobody = ~np.isin(cam.frame(kind="instance").image, [actor["id"] for actor in rig.actors()])
     assert 0.01 < np.mean(~seen_there) < 0.2, np.mean(~seen_there)
     of_seen, of_unseen = difference[nobody & seen_there], difference[nobody & ~seen_there]
+    print("seen", [round(float(np.mean(of_seen <= t)), 4) for t in (2, 4, 8, 16)], of_seen.mean(), of_unseen.mean())
     assert np.mean(of_seen <= 8) > 0.86 and of_unseen.mean() > 3 * of_seen.mean(), (np.mean(of_seen <= 8), of_seen.mean(), of_unseen.mean())
     # It may be knocked and shaken, mounted and turned by a head.
     rig.fault.set("moves", "knock")

@@ -339,6 +339,39 @@ def test_the_photo_of_a_camera_of_the_rig_is_shown_with_its_lens(rig, opened_pla
     assert camera.get()["intrinsics"] == pytest.approx(was["intrinsics"])
 
 
+def test_a_shape_has_the_role_that_was_chosen(rig, opened_plate, photo):
+    """What catches or hides only is so in the file and in the camera of the rig; what is walkable is no shape."""
+    plate, page = opened_plate, opened_plate.page
+    camera = rig.create_camera("roles", size=(640, 480), position=(0, 0, 4), tilt_deg=-15, pan_deg=0, vfov_deg=50,
+                               backdrop={"file": str(photo[0]), "proxies": {"ground": {"polygon_m": [[3, -12], [40, -12], [40, 12], [3, 12]], "role": "holdout"}}})
+    page.reload()
+    until(page, "[...document.getElementById('photo-camera').options].some(one => one.value === 'roles')")
+    page.select_option("#photo-camera", "roles")
+    until(page, "JSON.parse(document.getElementById('plate').dataset.standing ?? '[]').length === 2")
+    assert page.get_by_label("Level ground").input_value() == "holdout"
+    for tool, corners in (("walkable", [(200, 900), (1080, 900), (900, 620)]), ("obstacle", [(560, 760), (700, 760), (690, 730), (570, 730)]),
+                          ("wall", [(100, 700), (330, 690)]), ("cutout", [(800, 500), (830, 500), (830, 660), (815, 660)])):
+        plate.tool(tool)
+        plate.click(*corners)
+        page.click("#done")
+    assert [page.get_by_label(f"Role of shape {n}").is_visible() for n in (1, 2, 3, 4)] == [False, True, True, True]
+    page.get_by_label("Role of shape 2").select_option("catcher")
+    page.get_by_label("Role of shape 4").select_option("holdout")
+    plate.drag((815, 660), (815, 664))
+    page.get_by_label("Level ground").select_option("catcher")
+    # Of a shape that is gone the next one keeps its own.
+    page.get_by_label("Remove shape 1").click()
+    assert [page.get_by_label(f"Role of shape {n}").input_value() for n in (1, 2, 3)] == ["catcher", "both", "holdout"]
+    page.fill("#save [name=people]", "0")
+    page.click("#copy")
+    until(page, "document.getElementById('scene').value")
+    page.click("#apply")
+    until(page, "document.getElementById('messages').textContent.includes('camera roles has it')")
+    of_file = json.loads(page.input_value("#scene"))["cameras"][0]["backdrop"]["proxies"]
+    for proxies in (of_file, camera.get()["backdrop"]["proxies"]):
+        assert [one.get("role", "both") for one in proxies["boxes"] + proxies["cutouts"] + [proxies["ground"]]] == ["catcher", "both", "holdout", "catcher"]
+
+
 def test_distances_and_heights_are_measured_in_the_photo(rig, opened_plate):
     plate, page = opened_plate, opened_plate.page
     ends = [(360, 740), (940, 650)]  # away from the points, which would be dragged instead

@@ -1,6 +1,6 @@
-// The tools, and the shapes that were drawn, each with its height and its corners by numbers.
+// The tools, and the shapes that were drawn, each with its height, its role and its corners by numbers.
 import { done } from './plate_picture.js';
-import { kinds } from './plate_shapes.js';
+import { hasRole, kinds, roles } from './plate_shapes.js';
 import { change, listen, plate, withOne } from './plate_state.js';
 
 const tools = document.getElementById('tools');
@@ -20,6 +20,13 @@ tools.addEventListener('change', ({ target }) => change({ tool: target.value, dr
 document.getElementById('done').addEventListener('click', done);
 document.getElementById('undo').addEventListener('click', () => change({ drawing: plate.drawing.slice(0, -1) }));
 
+/** The choices of what a shape does. */
+const roleOptions = () => Object.entries(roles).map(([role, text]) => new Option(text, role));
+
+const groundRole = document.getElementById('ground-role');
+groundRole.append(...roleOptions());
+groundRole.addEventListener('change', () => change({ groundRole: groundRole.value }));
+
 const rows = [];
 
 function makeRow(index) {
@@ -36,6 +43,10 @@ function makeRow(index) {
     if (value > 0 && value <= 1e4) set({ height_m: value });
     else change({ problem: { of: `shapes[${index}]`, text: 'its height must be over 0 and at most 10000 m' } });
   });
+  const role = document.createElement('select');
+  role.append(...roleOptions());
+  role.setAttribute('aria-label', `Role of shape ${index + 1}`);
+  role.addEventListener('change', () => set({ role: role.value }));
   const corners = document.createElement('input');
   corners.spellcheck = false;
   corners.setAttribute('aria-label', `Corners of shape ${index + 1} (px)`);
@@ -52,9 +63,9 @@ function makeRow(index) {
   remove.addEventListener('click', () => change({ shapes: withOne(plate.shapes, index, undefined), problem: null }));
   const problem = document.createElement('p');
   problem.className = 'problem';
-  row.append(name, height, corners, remove, problem);
+  row.append(name, height, role, corners, remove, problem);
   holder.append(row);
-  return { row, name, height, corners, problem };
+  return { row, name, height, role, corners, problem };
 }
 
 /** What is wrong with a shape where it lies: corners over the horizon. */
@@ -64,10 +75,13 @@ function wrongWith(index) {
   return `${plate.shapes[index].kind === 'cutout' ? 'its foot' : `corner ${over + 1}`} is over the horizon of the ground`;
 }
 
-listen(({ tool, drawing, shapes, problem }) => {
+listen(({ tool, drawing, shapes, problem, found, photo }) => {
   document.getElementById('tool-hint').textContent = hints[tool];
   document.getElementById('done').disabled = !(drawing.length >= (kinds[tool]?.least ?? Infinity));
   document.getElementById('undo').disabled = drawing.length === 0;
+  const ground = photo?.camera?.backdrop.proxies.ground ?? found?.ground;
+  groundRole.disabled = !ground;
+  groundRole.value = plate.groundRole ?? ground?.role ?? 'both';
   while (rows.length > shapes.length) rows.pop().row.remove();
   while (rows.length < shapes.length) rows.push(makeRow(rows.length));
   rows.forEach((row, index) => {
@@ -75,6 +89,8 @@ listen(({ tool, drawing, shapes, problem }) => {
     row.name.textContent = kinds[shape.kind].label;
     row.height.hidden = shape.height_m === undefined;
     if (document.activeElement !== row.height) row.height.value = shape.height_m ?? '';
+    row.role.hidden = !hasRole(shape);
+    row.role.value = shape.role ?? 'both';
     if (document.activeElement !== row.corners) row.corners.value = shape.px.map((px) => px.join(',')).join(' ');
     row.problem.textContent = problem?.of === `shapes[${index}]` ? problem.text : wrongWith(index);
   });

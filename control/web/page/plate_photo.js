@@ -5,7 +5,7 @@ import { attempt } from './messages.js';
 
 const file = document.getElementById('photo-file');
 const choice = document.getElementById('photo-camera');
-const empty = { drawing: [], points: [], heights: [], lines: [], shapes: [], measured: [], problem: null, isStale: false, figure: null, found: null, shown: {} };
+const empty = { drawing: [], points: [], heights: [], lines: [], shapes: [], groundRole: null, measured: [], problem: null, isStale: false, figure: null, found: null, shown: {} };
 
 export const baseName = (path) => path.split('/').at(-1);
 

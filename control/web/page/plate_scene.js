@@ -1,7 +1,7 @@
 // The scene file: the camera with its photo, shapes, light and people who walk there (docs/scene-format.md). To be put beside the photo.
 import { onGround } from './plate_view.js';
 import { baseName } from './plate_photo.js';
-import { boxesOf, footOf, placesIn } from './plate_shapes.js';
+import { boxesOf, footOf, placesIn, roleOf } from './plate_shapes.js';
 import { sceneLight } from './plate_light.js';
 import { change, listen, plate } from './plate_state.js';
 import { call } from './rpc.js';
@@ -23,7 +23,7 @@ async function proxiesOf(camera) {
       throw new Error(`shape ${index + 1}: ${problem}`);
     }
     if (shape.kind === 'walkable') proxies.walkable.push({ polygon_m: ground.map(([x, y]) => [x, y]) });
-    else if (shape.kind === 'cutout') proxies.cutouts.push({ polygon_px: shape.px.slice(0, -1), foot_px: shape.px.at(-1) });
+    else if (shape.kind === 'cutout') proxies.cutouts.push({ polygon_px: shape.px.slice(0, -1), foot_px: shape.px.at(-1), ...roleOf(shape) });
     else proxies.boxes.push(...boxesOf(shape, ground, camera.pose.position));
   }
   return Object.fromEntries(Object.entries(proxies).filter(([, list]) => list.length));
@@ -54,7 +54,8 @@ const tidied = (values) => Object.fromEntries(Object.entries(values).filter(([, 
 async function backdropOf({ picture_size: ignored, proxies: given = {}, ...kept }) {
   const { found } = plate;
   const drawn = await proxiesOf(found.camera);
-  const ground = given.ground ?? found.ground;
+  const level = given.ground ?? found.ground;
+  const ground = level && plate.groundRole ? { ...level, role: plate.groundRole } : level;
   const joined = ['boxes', 'cutouts', 'walkable'].map((key) => [key, [...(given[key] ?? []), ...(drawn[key] ?? [])]]);
   const proxies = tidied({ ...given, ground, ...Object.fromEntries(joined) });
   if (!ground && !Object.keys(drawn).length && !given.file) throw new Error('the camera sees no ground; draw something that people go behind');

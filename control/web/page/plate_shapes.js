@@ -6,6 +6,12 @@ export const kinds = {
   wall: { label: 'Wall', least: 2, height_m: 3, hint: 'its line on the ground, from corner to corner' },
   cutout: { label: 'Cut-out', least: 4, hint: 'its outline, and last where it stands on the ground: trees, poles, fences' },
 };
+/** What a shape does, as `role` of the scene file has it; what is walkable is no shape. */
+export const roles = { both: 'hides, catches shadows', catcher: 'catches shadows only', holdout: 'hides only' };
+export const hasRole = ({ kind }) => kind !== 'walkable';
+/** The role as a shape of the file has it: nothing where it is the usual one. */
+export const roleOf = ({ role = 'both' }) => (role === 'both' ? {} : { role });
+
 const wallThickness = 0.1;
 
 const degrees = (radians) => (radians * 180) / Math.PI;
@@ -32,7 +38,7 @@ function rectangleAbout(corners) {
 export function boxesOf(shape, ground, camera) {
   if (shape.kind === 'obstacle') {
     const { middle, size, yaw_deg } = rectangleAbout(ground);
-    return [{ position: [...middle, 0], size: [...size.map((side) => Math.max(side, 0.01)), shape.height_m], yaw_deg }];
+    return [{ position: [...middle, 0], size: [...size.map((side) => Math.max(side, 0.01)), shape.height_m], yaw_deg, ...roleOf(shape) }];
   }
   if (shape.kind !== 'wall') return [];
   return ground.slice(1).map((to, index) => {
@@ -43,7 +49,7 @@ export function boxesOf(shape, ground, camera) {
     // Its line is the foot that the photo shows: it is thick away from the camera.
     const side = Math.sign(dx * (middle[1] - camera[1]) - dy * (middle[0] - camera[0])) || 1;
     const away = (side * wallThickness) / 2 / length;
-    return { position: [middle[0] - dy * away, middle[1] + dx * away, 0], size: [length, wallThickness, shape.height_m], yaw_deg: degrees(Math.atan2(dy, dx)) };
+    return { position: [middle[0] - dy * away, middle[1] + dx * away, 0], size: [length, wallThickness, shape.height_m], yaw_deg: degrees(Math.atan2(dy, dx)), ...roleOf(shape) };
   });
 }
 

@@ -12,7 +12,8 @@ export const plate = {
   found: null,      // what plate.calibrate answered; of a camera of the rig `camera` and `ground` alone
   isStale: false,   // clicks were changed since
   problem: null,    // {of: 'points[2]', text}
-  shapes: [],       // {kind, px, height_m}; of a cut-out the last pixel is its foot
+  shapes: [],       // {kind, px, height_m, role}; of a cut-out the last pixel is its foot
+  groundRole: null, // of the level ground; null: as it has it
   measured: [],     // {kind: distance | standing, px: two pixels}
   figure: null,     // {px} or {m}: where it was put
   shown: {},        // of plate_view.js: where the camera shows all that is in metres

@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/base/portable_math.h"
-#include "core/render/software/pyramid_sampling.h"
+#include "core/render/software/panorama_sampling.h"
 #include "core/world/backdrop/backdrop.h"
 
 namespace camrig::render::software {
@@ -35,17 +35,6 @@ double quick_atan2(double y, double x) {
     return y < 0.0 ? -angle : angle;
 }
 
-/// Beyond the top and the bottom is the other side of the pole.
-void around_poles(int& x, int& y, ImageSize size) {
-    const auto [width, height] = size;
-    if (y < 0 || y >= height) {
-        y = y < 0 ? -1 - y : 2 * height - 1 - y;
-        x += width / 2;
-    }
-    x %= width;
-    if (x < 0) x += width;
-}
-
 Footprint footprint_of(const glm::dvec3& ray, const glm::dvec3& dx, const glm::dvec3& dy, ImageSize size) {
     const double q2 = std::max(ray.x * ray.x + ray.y * ray.y, 1e-24), q = std::sqrt(q2), r2 = q2 + ray.z * ray.z;
     const double per_rad_x = size.width / (2.0 * pi), per_rad_y = size.height / pi;
@@ -65,6 +54,7 @@ Footprint footprint_of(const glm::dvec3& ray, const glm::dvec3& dx, const glm::d
 void draw_panorama(const ViewWork& work, const PixelRect& rect) {
     const world::CameraSpec& spec = *work.view->spec;
     const world::Panorama& panorama = *work.backdrop->panorama;
+    const ImageSize size = panorama.whole.levels.front().size;
     const camera::Intrinsics& k = spec.intrinsics;
     // Rows of a matrix that turns the panorama's middle to +x.
     const double yaw = work.backdrop->yaw_rad, c = portable::cos(yaw), s = portable::sin(yaw);
@@ -74,10 +64,8 @@ void draw_panorama(const ViewWork& work, const PixelRect& rect) {
         for (int x = rect.x0; x < rect.x1; ++x) {
             const glm::dvec3 ray = ray_at(x, y);
             work.canvas.color(y)[x] =
-                code_of(sampled(panorama,
-                                footprint_of(turn * ray, turn * (ray_at(x + 1, y) - ray),
-                                             turn * (ray_at(x, y + 1) - ray), panorama.levels[0].size),
-                                around_poles));
+                code_of(sampled(panorama, footprint_of(turn * ray, turn * (ray_at(x + 1, y) - ray),
+                                                       turn * (ray_at(x, y + 1) - ray), size)));
         }
     };
     for (int y = rect.y0; y < rect.y1; ++y) {

@@ -10,6 +10,8 @@
 namespace camrig::render::software {
 namespace {
 
+/// A photo that is larger than the view shows that it is.
+constexpr int rows_of_samples = 2;
 constexpr std::uint32_t black = 0xFFu << 24;
 
 /// Beyond its edges a picture goes on as at the edge.
@@ -48,7 +50,8 @@ public:
         // Far beyond the edge all is as at the edge, and whole numbers of pixels stay within theirs.
         const auto [width, height] = by_.camera.size();
         const glm::dvec2 near = glm::clamp(*at, glm::dvec2(-width, -height), glm::dvec2(2 * width, 2 * height));
-        return code_of(sampled(*by_.picture, {near, step(has_left, 1, 0), step(has_upper, 0, 1)}, to_edge));
+        return code_of(
+            sampled(*by_.picture, {near, step(has_left, 1, 0), step(has_upper, 0, 1)}, to_edge, rows_of_samples));
     }
 
 private:

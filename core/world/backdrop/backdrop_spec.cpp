@@ -351,6 +351,9 @@ FieldTable<BackdropSpec> fields_of(std::type_identity<BackdropSpec>) {
                                                  "counter-clockwise from +x",
                                           .unit = "deg",
                                           .range = {-360, 360}}),
+        structs_at<&BackdropSpec::details>({.name = "details",
+                                            .doc = "of a panorama: parts of it in finer pixels, for long lenses",
+                                            .shape = "PanoramaDetail"}),
         field_at<&BackdropSpec::intrinsics>({.name = "intrinsics",
                                              .doc = "of the picture's own pixels, see intrinsics; they take the place "
                                                     "of the camera's, whatever its size (of a projected picture "

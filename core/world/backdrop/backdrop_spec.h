@@ -130,6 +130,16 @@ struct IgnoredRegion {
 };
 FieldTable<IgnoredRegion> fields_of(std::type_identity<IgnoredRegion>);
 
+/// A part of a panorama in finer pixels: as of a panorama with `scale` times its columns, of which this is what lies
+/// from at_px on, to the right and below.
+struct PanoramaDetail {
+    std::string file;
+    int scale = 2;
+    glm::ivec2 at_px{0};
+    friend bool operator==(const PanoramaDetail&, const PanoramaDetail&) = default;
+};
+FieldTable<PanoramaDetail> fields_of(std::type_identity<PanoramaDetail>);
+
 struct BackdropSpec {
     bool is_panorama() const { return kind == BackdropKind::panorama; }
     bool is_projected() const { return kind == BackdropKind::projected; }
@@ -140,6 +150,7 @@ struct BackdropSpec {
     std::string file;
     std::optional<Rate> fps;                       ///< of a film; nullopt: what the file says
     double yaw_deg = 0.0;                          ///< of a panorama: which way its middle looks
+    std::vector<PanoramaDetail> details;           ///< of a panorama
     std::optional<camera::Intrinsics> intrinsics;  ///< of the picture's own pixels; nullopt: the camera's
     std::optional<camera::Pose> taken_from;        ///< of a projected picture
     std::optional<camera::Lens> lens;              ///< of a projected picture; nullopt: the camera's

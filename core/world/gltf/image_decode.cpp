@@ -60,24 +60,42 @@ bool is_png(std::span<const std::byte> bytes) {
     return bytes.size() >= begin.size() && std::ranges::equal(bytes.first(begin.size()), begin);
 }
 
+bool is_jpeg(std::span<const std::byte> bytes) {
+    const auto at = [&](std::size_t i) { return i < bytes.size() ? std::to_integer<int>(bytes[i]) : -1; };
+    return at(0) == 0xFF && at(1) == 0xD8 && at(2) == 0xFF;
+}
+
+/// Its head has been read and its size checked.
+struct OpenJpeg {
+    std::unique_ptr<void, int (*)(tjhandle)> jpeg{tjInitDecompress(), tjDestroy};
+    const unsigned char* data;
+    ImageSize size;
+
+    OpenJpeg(std::span<const std::byte> bytes, std::string_view place)
+        : data(reinterpret_cast<const unsigned char*>(bytes.data())) {
+        if (!jpeg) fail(place, "libjpeg-turbo has no memory", ErrorKind::resource_exhausted);
+        int width = 0, height = 0, subsampling = 0, colorspace = 0;
+        if (tjDecompressHeader3(jpeg.get(), data, bytes.size(), &width, &height, &subsampling, &colorspace) != 0)
+            fail(place, std::string("JPEG: ") + tjGetErrorStr2(jpeg.get()));
+        require(width > 0 && height > 0, place, "the picture is empty");
+        check_size(static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height), place);
+        size = {width, height};
+        require(static_cast<std::uint64_t>(size.pixels()) * 4 <= max_jpeg_ratio * bytes.size() + ratio_slack_bytes,
+                place, "JPEG: the data ends too early");
+    }
+};
+
 Image decode_jpeg(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
-    const std::unique_ptr<void, int (*)(tjhandle)> jpeg(tjInitDecompress(), tjDestroy);
-    if (!jpeg) fail(place, "libjpeg-turbo has no memory", ErrorKind::resource_exhausted);
-    const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
-    int width = 0, height = 0, subsampling = 0, colorspace = 0;
-    if (tjDecompressHeader3(jpeg.get(), data, bytes.size(), &width, &height, &subsampling, &colorspace) != 0)
-        fail(place, std::string("JPEG: ") + tjGetErrorStr2(jpeg.get()));
-    require(width > 0 && height > 0, place, "the picture is empty");
-    check_size(static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height), place);
+    const OpenJpeg open(bytes, place);
+    const auto [width, height] = open.size;
     const std::size_t size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4;
-    require(size <= max_jpeg_ratio * bytes.size() + ratio_slack_bytes, place, "JPEG: the data ends too early");
     budget.take(size, place);
     Image image;
-    image.size = {width, height};
+    image.size = open.size;
     image.rgba.resize(size);
-    if (tjDecompress2(jpeg.get(), data, bytes.size(), image.rgba.data(), width, width * 4, height, TJPF_RGBA,
+    if (tjDecompress2(open.jpeg.get(), open.data, bytes.size(), image.rgba.data(), width, width * 4, height, TJPF_RGBA,
                       TJFLAG_ACCURATEDCT | TJFLAG_STOPONWARNING | TJFLAG_LIMITSCANS) != 0)
-        fail(place, std::string("JPEG: ") + tjGetErrorStr2(jpeg.get()));
+        fail(place, std::string("JPEG: ") + tjGetErrorStr2(open.jpeg.get()));
     return image;
 }
 
@@ -85,8 +103,13 @@ Image decode_jpeg(std::span<const std::byte> bytes, std::string_view place, Budg
 
 Image decode_image(std::span<const std::byte> bytes, std::string_view place, Budget& budget) {
     if (is_png(bytes)) return decode_png(bytes, place, budget);
-    const auto at = [&](std::size_t i) { return i < bytes.size() ? std::to_integer<int>(bytes[i]) : -1; };
-    if (at(0) == 0xFF && at(1) == 0xD8 && at(2) == 0xFF) return decode_jpeg(bytes, place, budget);
+    if (is_jpeg(bytes)) return decode_jpeg(bytes, place, budget);
+    fail(place, "is neither a PNG nor a JPEG picture", ErrorKind::unsupported);
+}
+
+ImageSize image_size(std::span<const std::byte> bytes, std::string_view place) {
+    if (is_png(bytes)) return size_of(open_png(bytes, place));
+    if (is_jpeg(bytes)) return OpenJpeg(bytes, place).size;
     fail(place, "is neither a PNG nor a JPEG picture", ErrorKind::unsupported);
 }
 

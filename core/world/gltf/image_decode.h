@@ -13,6 +13,9 @@ namespace camrig::world::gltf {
 /// are refused before memory is taken. Throws Failure.
 Image decode_image(std::span<const std::byte> bytes, std::string_view place, Budget& budget);
 
+/// What decode_image would find, by the first bytes alone; the same pictures are refused. Throws Failure.
+ImageSize image_size(std::span<const std::byte> bytes, std::string_view place);
+
 /// A picture of one channel of 16 bits.
 struct Gray16 {
     ImageSize size;

@@ -9,6 +9,7 @@
 #include "core/base/random.h"
 #include "core/render/software/software_drawer.h"
 #include "core/world/backdrop/backdrop.h"
+#include "core/world/backdrop/panorama.h"
 #include "tests/render/support/test_rig.h"
 
 /// Pictures that people walk in, and a yard for them to walk in.
@@ -56,6 +57,31 @@ inline View with_plate(View view, world::Image picture, const world::ProxiesSpec
     view.spec = spec;
     view.spec_revision += 1'000'000;
     return view;
+}
+
+/// The view before this panorama, with the ground of its yard.
+inline View with_panorama(View view, std::shared_ptr<const world::Panorama> panorama, double yaw_deg) {
+    auto spec = std::make_shared<world::CameraSpec>(*view.spec);
+    spec->pose = view.pose;
+    auto files = std::make_shared<world::BackdropFiles>();
+    files->panorama = std::move(panorama);
+    world::BackdropSpec& backdrop = spec->backdrop.emplace();
+    backdrop.kind = world::BackdropKind::panorama;
+    backdrop.yaw_deg = yaw_deg;
+    backdrop.proxies.scene = SceneInBackdrop::hidden;
+    backdrop.proxies.ground.emplace().polygon_m = {{-30, -30}, {30, -30}, {30, 30}, {-30, 30}};
+    backdrop.files = files;
+    auto made = make_backdrop(*spec);
+    if (!made) throw std::runtime_error(made.error().message);
+    spec->backdrop_here = *made;
+    view.spec = spec;
+    view.spec_revision += 1'000'000;
+    return view;
+}
+
+inline View with_panorama(View view, world::Image picture, double yaw_deg) {
+    return with_panorama(std::move(view), world::PanoramaMaker::create(std::move(picture), 1).value().finish(),
+                         yaw_deg);
 }
 
 inline world::Image picture_of(const frame::Frame& frame) {
