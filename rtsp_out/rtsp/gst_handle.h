@@ -18,6 +18,11 @@ struct GstCapsUnref {
 };
 using GstCapsHandle = std::unique_ptr<GstCaps, GstCapsUnref>;
 
+struct GstBufferUnref {
+    void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
+};
+using GstBufferHandle = std::unique_ptr<GstBuffer, GstBufferUnref>;
+
 /// Finds a GObject as long as others keep it alive. Any thread.
 class GObjectWeak {
 public:

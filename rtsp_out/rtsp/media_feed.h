@@ -1,22 +1,17 @@
 #pragma once
 
 #include <atomic>
-#include <deque>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
-#include <vector>
-
-#include <gio/gio.h>
 
 #include "core/stream/frame_bus.h"
-#include "rtsp_out/rtsp/frame_times_sei.h"
-#include "rtsp_out/rtsp/gst_handle.h"
 #include "rtsp_out/rtsp/packet_faults.h"
 #include "rtsp_out/rtsp/picture_stamps.h"
-#include "rtsp_out/rtsp/rtp_timeline.h"
+#include "rtsp_out/rtsp/pictures_on_way.h"
+#include "rtsp_out/rtsp/stream_times.h"
+#include "rtsp_out/rtsp/tcp_readers.h"
 
 namespace camrig::rtsp {
 
@@ -61,7 +56,7 @@ public:
     /// stands still, and from here on pictures hold their latch.
     void client_plays();
     /// The connection of a client that plays by TCP.
-    void add_tcp_reader(GSocket* socket);
+    void add_tcp_reader(GSocket* socket) { tcp_readers_.add(socket); }
     /// May packets go on to the TCP readers? No while every one of them is stuck: they would hold the pipeline, and UDP
     /// readers with it. In lockstep always: there the step waits. Streaming thread.
     bool tcp_readers_take();
@@ -85,34 +80,15 @@ public:
     void reset() override { is_reset_ = true; }
 
 private:
-    /// Two pictures never share a tick of the RTP clock.
-    static constexpr TimeNs min_pts_step_ns = ns_per_s / RtpTimeline::ticks_per_s + 1;
-    /// The books of one picture on its way: delivered, or dropped when it never left the encoder.
-    struct PendingPicture;
-    struct Entry {
-        TimeNs pts = 0;
-        FrameTimes times;
-        codec::BytesRef bytes;                             ///< JPEG only
-        std::shared_ptr<const fault::FrameFaults> faults;  ///< of the picture
-        std::shared_ptr<PendingPicture> pending;
-    };
-
     MediaFeed(Options options, GstElement* bin);
     void start();
     void first_picture(Result<stream::MediaUnit> unit);
     void keep(const stream::MediaUnit& unit);
-    TimeNs next_pts(const frame::FrameInfo& info, TimeNs stamp_ns);
     void push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending);
-    GstBuffer* buffer_of(const stream::MediaUnit& unit) const;
-    GstBuffer* packet_source(GstPad* pad, GstBuffer* encoded);
-    std::optional<Entry> take_entry(TimeNs pts);
-    void request_key_frame();
     /// RTP goes on as another source, if a fault says so at this picture. With the mutex held.
     void follow_ssrc();
 
     static void on_need_data(GstElement* source, unsigned bytes, void* feed);
-    /// What goes on in place of this RTP packet. Streaming thread.
-    GstPadProbeReturn replace_packets(GstPad* pad, GstPadProbeInfo* info);
     static GstPadProbeReturn on_packets(GstPad* pad, GstPadProbeInfo* info, void* feed);
     static GstPadProbeReturn on_encoded(GstPad* pad, GstPadProbeInfo* info, void* feed);
 
@@ -125,8 +101,9 @@ private:
     std::atomic<TimeNs> ended_ns_{max_time_ns};
     std::atomic<bool> is_reset_{false};
 
-    PacketFaults packet_faults_;    ///< streaming thread
-    bool is_sending_held_ = false;  ///< streaming thread: a packet goes on that was here before
+    PacketFaults packet_faults_;  ///< streaming thread
+    PicturesOnWay on_way_;
+    TcpReaders tcp_readers_;
 
     std::mutex mutex_;  ///< guards what follows
     bool started_ = false;
@@ -139,17 +116,7 @@ private:
     std::shared_ptr<stream::ReaderStats> stats_;
     std::optional<stream::MediaUnit> last_;  ///< without its latch; there once a stamp was given
     PictureStamps stamps_{options_.timeline.base_ns()};
-    StreamClock clock_;                           ///< at the last picture
-    std::optional<TimeNs> first_clock_error_ns_;  ///< at the first one, where RTP time is right
-    TimeNs last_pts_ = -min_pts_step_ns;
-    bool had_clock_ = false;    ///< the camera, at the last picture
-    TimeNs last_world_ns_ = 0;  ///< of it
-    std::deque<Entry> on_way_;  ///< in the order of their stamps
-
-    std::mutex tcp_mutex_;
-    /// Weak: gst-rtsp-server closes a connection by letting go of it.
-    std::list<GObjectWeak> tcp_readers_;
-    bool tcp_missed_ = false;  ///< packets were left out since the last that went on
+    StreamTimes times_{options_.timeline};
 
     std::mutex subscription_mutex_;
     std::optional<stream::Subscription> subscription_;

@@ -74,4 +74,32 @@ void PacketFaults::release(bool all, std::vector<GstBufferHandle>& sent) {
     std::erase_if(held_, [](const Held& one) { return one.packet == nullptr; });
 }
 
+GstPadProbeReturn PacketFaults::replace(GstPad* pad, GstPadProbeInfo* info, const fault::FrameFaults* faults) {
+    if (is_sending_ || is_idle(faults)) return GST_PAD_PROBE_OK;
+    std::vector<GstBufferHandle> sent;
+    const bool is_single = (GST_PAD_PROBE_INFO_TYPE(info) & GST_PAD_PROBE_TYPE_BUFFER) != 0;
+    if (is_single) {
+        pass(GstBufferHandle(gst_buffer_ref(GST_PAD_PROBE_INFO_BUFFER(info))), faults, sent);
+    } else {
+        GstBufferList* const list = GST_PAD_PROBE_INFO_BUFFER_LIST(info);
+        for (guint i = 0; i < gst_buffer_list_length(list); ++i)
+            pass(GstBufferHandle(gst_buffer_ref(gst_buffer_list_get(list, i))), faults, sent);
+    }
+    if (sent.empty()) return GST_PAD_PROBE_DROP;
+    if (!is_single) {
+        GstBufferList* const list = gst_buffer_list_new_sized(static_cast<guint>(sent.size()));
+        for (GstBufferHandle& packet : sent) gst_buffer_list_add(list, packet.release());
+        gst_buffer_list_unref(GST_PAD_PROBE_INFO_BUFFER_LIST(info));
+        GST_PAD_PROBE_INFO_DATA(info) = list;
+        return GST_PAD_PROBE_OK;
+    }
+    // A probe passes one packet on: the last. Those before it go by themselves.
+    is_sending_ = true;
+    for (std::size_t i = 0; i + 1 < sent.size(); ++i) gst_pad_push(pad, sent[i].release());
+    is_sending_ = false;
+    gst_buffer_unref(GST_PAD_PROBE_INFO_BUFFER(info));
+    GST_PAD_PROBE_INFO_DATA(info) = sent.back().release();
+    return GST_PAD_PROBE_OK;
+}
+
 }  // namespace camrig::rtsp

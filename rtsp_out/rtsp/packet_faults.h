@@ -2,20 +2,13 @@
 
 #include <cstddef>
 #include <deque>
-#include <memory>
 #include <vector>
-
-#include <gst/gst.h>
 
 #include "core/fault/line.h"
 #include "core/fault/sending.h"
+#include "rtsp_out/rtsp/gst_handle.h"
 
 namespace camrig::rtsp {
-
-struct GstBufferUnref {
-    void operator()(GstBuffer* buffer) const { gst_buffer_unref(buffer); }
-};
-using GstBufferHandle = std::unique_ptr<GstBuffer, GstBufferUnref>;
 
 /// What becomes of the RTP packets of one stream on their way, when its camera fails: some are lost, some come later
 /// than those behind them, a slow line carries only so many. A picture holds a step in lockstep for as long as packets
@@ -31,10 +24,8 @@ public:
     /// Sends this one, or not, and those that it was to overtake; in the order in which they go. `faults`: of the
     /// newest picture; null: none.
     void pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
-    /// Nothing fails and nothing waits: packets need not come through here.
-    bool is_idle(const fault::FrameFaults* faults) const {
-        return faults == nullptr && held_.empty() && delayed_.empty();
-    }
+    /// The same for the packet, or list of packets, that a probe of `pad` sees: puts what goes on in its place.
+    GstPadProbeReturn replace(GstPad* pad, GstPadProbeInfo* info, const fault::FrameFaults* faults);
 
 private:
     struct Held {
@@ -54,6 +45,12 @@ private:
     void tell_lost(const fault::FrameFaults* faults);
     void release(bool all, std::vector<GstBufferHandle>& sent);
 
+    /// Nothing fails and nothing waits: packets go on as they are.
+    bool is_idle(const fault::FrameFaults* faults) const {
+        return faults == nullptr && held_.empty() && delayed_.empty();
+    }
+
+    bool is_sending_ = false;  ///< a packet that was here before goes through the probe
     std::deque<Held> held_;
     std::deque<Delayed> delayed_;
     fault::Line line_;

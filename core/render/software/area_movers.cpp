@@ -56,7 +56,6 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
 template <typename Isa>
 CAMRIG_LANES void resolve_movers_body(const RowsOfView& of) {
     MixedPixels& mixed = of.band.mixed;
-    const ViewGeometry& geometry = of.scratch.geometry;
     const StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
     const std::uint32_t last_static = of.scratch.statics.end();
     const Rows<std::uint32_t> numbers = of.scratch.numbers.rows();
@@ -75,10 +74,7 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of) {
             }
             parts.clear();
             show_statics(of, fragments, x, y, parts);
-            of.band.fragments.each_of(
-                pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
-            const std::span<Shown> shown = parts.all();
-            find_surfaces(geometry, shown);
+            const std::span<Shown> shown = show_fragments<Isa>(of, pixel, parts);
             if (is_mover && is_as_its_middle(shown, number)) return;
             mixed.begin(x, y);
             for (std::size_t i = 0; i < shown.size(); ++i) {
@@ -140,10 +136,7 @@ void mark_movers(const RowsOfView& of) {
 void draw_movers(const RowsOfView& of) {
     AreaBand& band = of.band;
     const ViewGeometry& geometry = of.scratch.geometry;
-    const TriangleRange& range = of.scratch.movers;
-    band.fragments.clear(band.marked.count());
-    band.places.clear();
-    find_fragments(geometry, range.first, range.count, of.rect, band.marked, band.fragments);
+    collect_fragments(of, of.scratch.movers, band.marked);
     MixedPixels& mixed = band.mixed;
     mixed.clear(background_of(of.work));
     if (geometry.wide_lanes()) {
@@ -152,23 +145,18 @@ void draw_movers(const RowsOfView& of) {
         resolve_movers_body<PlainIsa>(of);
     }
     shade_places(geometry, {.is_light = is_light(of)}, band.places);
+    const auto shade = [&](const PixelRect& part, TriangleNumbers& numbers) {
+        catch_shadows(geometry, of.scratch.proxies, false, part, of.work.canvas, numbers.rows());
+        shade_visible(geometry, part, of.work.canvas, numbers);
+    };
     if (of.work.layer == nullptr) {
         // A background behind a mover is in the picture already: nothing is shaded over it yet.
-        for (const PixelRect& rect : of.work.movers.rects) {
-            const PixelRect part = common(rect, of.rect);
-            catch_shadows(geometry, of.scratch.proxies, false, part, of.work.canvas,
-                          of.scratch.areas.shown_behind.rows());
-            shade_visible(geometry, part, of.work.canvas, of.scratch.areas.shown_behind);
-        }
+        for (const PixelRect& rect : of.work.movers.rects) shade(common(rect, of.rect), of.scratch.areas.shown_behind);
         mixed.take_behind(of.work.canvas);
     }
     for (const PixelRect& rect : of.work.rects) describe_visible(of.scratch, common(rect, of.rect), of.work);
     mixed.leave_out(of.scratch.numbers.rows());
-    for (const PixelRect& rect : of.work.rects) {
-        const PixelRect part = common(rect, of.rect);
-        catch_shadows(geometry, of.scratch.proxies, false, part, of.work.canvas, of.scratch.numbers.rows());
-        shade_visible(geometry, part, of.work.canvas, of.scratch.numbers);
-    }
+    for (const PixelRect& rect : of.work.rects) shade(common(rect, of.rect), of.scratch.numbers);
     mixed.mix(band.places, of.work.canvas);
     finish_rows(of.work, of.scratch, of.rect);
 }

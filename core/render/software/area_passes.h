@@ -79,6 +79,24 @@ CAMRIG_LANES SurfacePlace add_surface(std::span<const Shown> shown, int surface,
     return {samples, add_place(largest->triangle, largest->mask, samples, x, y, to)};
 }
 
+/// What the triangles have of the marked pixels, into the band's fragments; no places are shaded there yet.
+inline void collect_fragments(const RowsOfView& of, const TriangleRange& range, const MarkedPixels& marked) {
+    of.band.fragments.clear(marked.count());
+    of.band.places.clear();
+    find_fragments(of.scratch.geometry, range.first, range.count, of.rect, marked, of.band.fragments);
+}
+
+/// Puts the band's fragments of a pixel (its index among those that are marked) before and behind the parts that are
+/// there, and returns all that shows, each with its surface.
+template <typename Isa>
+CAMRIG_LANES std::span<Shown> show_fragments(const RowsOfView& of, std::uint32_t pixel, ShownParts& parts) {
+    of.band.fragments.each_of(
+        pixel, [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
+    const std::span<Shown> shown = parts.all();
+    find_surfaces(of.scratch.geometry, shown);
+    return shown;
+}
+
 inline bool is_light(const RowsOfView& of) {
     return static_cast<bool>(of.work.canvas.light);
 }

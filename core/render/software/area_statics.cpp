@@ -47,10 +47,7 @@ CAMRIG_LANES void add_crowded(const RowsOfView& of, int x, int y, ShownParts& pa
     AreaBand& band = of.band;
     const std::uint32_t number = of.scratch.numbers.rows()(y)[x];
     parts.clear();
-    band.fragments.each_of(band.crowded.index_of(x, y),
-                           [&](const Fragment& fragment) __attribute__((always_inline)) { parts.add<Isa>(fragment); });
-    const std::span<Shown> shown = parts.all();
-    find_surfaces(of.scratch.geometry, shown);
+    const std::span<Shown> shown = show_fragments<Isa>(of, band.crowded.index_of(x, y), parts);
     if (is_as_its_middle(shown, number)) return;
     if (shown.empty() && of.work.backdrop == nullptr) add_static(band, 0, {}, no_place);
     const auto first = band.place_of_fragment.size();
@@ -187,13 +184,9 @@ void mark_statics(const RowsOfView& of) {
 
 void draw_statics(const RowsOfView& of) {
     AreaBand& band = of.band;
-    const ViewGeometry& geometry = of.scratch.geometry;
-    const TriangleRange& range = of.scratch.statics;
-    band.fragments.clear(band.crowded.count());
-    band.places.clear();
+    collect_fragments(of, of.scratch.statics, band.crowded);
     band.place_of_fragment.clear();
-    find_fragments(geometry, range.first, range.count, of.rect, band.crowded, band.fragments);
-    if (geometry.wide_lanes()) {
+    if (of.scratch.geometry.wide_lanes()) {
         resolve_statics_wide(of);
     } else {
         resolve_statics_body<PlainIsa>(of);

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <list>
+#include <mutex>
+
+#include <gio/gio.h>
+
+#include "rtsp_out/rtsp/gst_handle.h"
+
+namespace camrig::rtsp {
+
+/// The connections over which clients read one stream by TCP. Any thread.
+class TcpReaders {
+public:
+    enum class Takes { no, yes, yes_again };  ///< yes_again: packets were left out before
+
+    void add(GSocket* socket);
+    /// Whether any of them has room for more, or there is none.
+    Takes take();
+
+private:
+    std::mutex mutex_;
+    /// Weak: gst-rtsp-server closes a connection by letting go of it.
+    std::list<GObjectWeak> sockets_;
+    bool has_missed_ = false;  ///< packets were left out since the last that went on
+};
+
+}  // namespace camrig::rtsp
