@@ -113,7 +113,6 @@ def test_what_is_wrong_with_details_is_said_with_its_place(rig, square, tmp_path
 
     text, wide = tmp_path / "text.png", tmp_path / "wide.png"
     text.write_text("no picture")
-    # Its head alone: 16000x16000 pixels, which no rest follows.
     wide.write_bytes(cv2.imencode(".png", np.zeros((16000, 16000), np.uint8))[1].tobytes())
     assert "backdrop.details[1].file: " in refused({"file": str(text)}) and "is neither a PNG nor a JPEG" in refused({"file": str(text)})
     assert "no such file" in refused({"file": str(tmp_path / "none.png")})
