@@ -78,11 +78,10 @@ def test_a_head_that_zooms_in_sees_what_is_finer_than_one_picture_can_hold(rig, 
                               backdrop={key: value for key, value in square.items() if key != "details"})
     look(rig, plain, 30)
     assert np.ptp(plain.frame().image) == 0
-    # At the wide end nothing flickers: what is finer than a pixel is its mean.
-    for zoom in (1, 2, 4):
-        for of in (cam, plain):
-            look(rig, of, zoom)
-        assert np.abs(cam.frame().image.astype(int) - plain.frame().image.astype(int)).max() <= 2, zoom
+    # At the wide end a pixel is three stripes wide and their mean.
+    for of in (cam, plain):
+        look(rig, of, 1)
+    assert np.abs(cam.frame().image.astype(int) - plain.frame().image.astype(int)).max() <= 2
 
 
 @pytest.mark.camrig(scene="minimal", mode="lockstep")
@@ -113,7 +112,6 @@ def test_what_is_wrong_with_details_is_said_with_its_place(rig, square, tmp_path
 
     text, wide = tmp_path / "text.png", tmp_path / "wide.png"
     text.write_text("no picture")
-    # Its head alone: 16000x16000 pixels, which no rest follows.
     wide.write_bytes(cv2.imencode(".png", np.zeros((16000, 16000), np.uint8))[1].tobytes())
     assert "backdrop.details[1].file: " in refused({"file": str(text)}) and "is neither a PNG nor a JPEG" in refused({"file": str(text)})
     assert "no such file" in refused({"file": str(tmp_path / "none.png")})

@@ -199,6 +199,20 @@ struct Sensor {
     }
 };
 
+/// Of a camera: details.
+struct PanoramaDetail {
+    std::string file = {};  ///< PNG or JPEG, beside `file` of the panorama; what is not wholly opaque is left out
+    int scale = 0;  ///< 2 to 64: 2, 4, 8, 16, 32 or 64: its pixels are those of a panorama with so many times the columns, 524288 of them at most
+    Vector2 at_px = {};  ///< px; its upper left pixel in that larger panorama
+
+    template <typename Self, typename Visit>
+    static void each_member(Self& self, Visit&& visit) {
+        visit("file", self.file);
+        visit("scale", self.scale);
+        visit("at_px", self.at_px);
+    }
+};
+
 /// Of a camera: lens.
 struct PictureLens {
     std::string model = "pinhole";  ///< `pinhole`, `plumb_bob`, `rational_polynomial` or `equidistant`: with k1 k2 p1 p2 k3 of plumb_bob, k1 k2 p1 p2 k3 k4 k5 k6 of rational_polynomial, k1 k2 k3 k4 of equidistant
@@ -344,6 +358,7 @@ struct Backdrop {
     Size picture_size = {};  ///< px; of the picture: that of all pixels here; 0 of a panorama
     Rate fps = {};  ///< 1/s; of a film: how many of its pictures are shown in a second, 1/10 to 1000; null: as the film says, here empty
     double yaw_deg = 0;  ///< deg; -360 to 360: of a panorama: which way its middle looks, about z, counter-clockwise from +x
+    std::vector<PanoramaDetail> details = {};  ///< at most 200: of a panorama: parts of it in finer pixels, for long lenses
     std::optional<Intrinsics> intrinsics = {};  ///< px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size (of a projected picture they are needed, and the camera has its own); null: the camera's are those of its size
     std::optional<Pose> taken_from = {};  ///< of a projected picture: the pose of its camera, see pose; null: the kind is another one
     std::optional<PictureLens> lens = {};  ///< of a projected picture: that of the camera that took it, see lens; null: the camera's own
@@ -361,6 +376,7 @@ struct Backdrop {
         visit("picture_size", self.picture_size);
         visit("fps", self.fps);
         visit("yaw_deg", self.yaw_deg);
+        visit("details", self.details);
         visit("intrinsics", self.intrinsics);
         visit("taken_from", self.taken_from);
         visit("lens", self.lens);

@@ -177,6 +177,17 @@ class Sensor(TypedDict, total=False):
     """at least 0: of all that is random"""
 
 
+class PanoramaDetail(TypedDict, total=False):
+    """Of a camera: details."""
+
+    file: str
+    """PNG or JPEG, beside `file` of the panorama; what is not wholly opaque is left out"""
+    scale: int
+    """2 to 64: 2, 4, 8, 16, 32 or 64: its pixels are those of a panorama with so many times the columns, 524288 of them at most"""
+    at_px: list[float]
+    """px; its upper left pixel in that larger panorama"""
+
+
 class PictureLens(TypedDict, total=False):
     """Of a camera: lens."""
 
@@ -301,6 +312,8 @@ class Backdrop(TypedDict, total=False):
     """1/s; of a film: how many of its pictures are shown in a second, 1/10 to 1000; null: as the film says"""
     yaw_deg: float
     """deg; -360 to 360: of a panorama: which way its middle looks, about z, counter-clockwise from +x"""
+    details: list[PanoramaDetail]
+    """at most 200: of a panorama: parts of it in finer pixels, for long lenses"""
     intrinsics: Union[Intrinsics, None]
     """px; of the picture's own pixels, see intrinsics; they take the place of the camera's, whatever its size (of a projected picture they are needed, and the camera has its own); null: the camera's are those of its size"""
     taken_from: Union[Pose, None]

@@ -102,7 +102,7 @@ Result<void> load_backdrop(CameraPatch& patch, const std::filesystem::path& fold
     if (spec.is_panorama()) {
         const ErrorList::Pause paths_of_other_files;
         auto panorama = read_panorama(spec.file, spec.details);
-        if (!panorama) return under("backdrop", panorama.error());
+        if (!panorama) return under("backdrop.", panorama.error());
         files->panorama = std::move(*panorama);
     }
     if (!spec.proxies.file.empty()) {

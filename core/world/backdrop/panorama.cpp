@@ -77,7 +77,7 @@ Result<void> PanoramaMaker::reserve(const PanoramaDetail& detail, ImageSize size
     };
     std::size_t bytes = 0;
     each_level([&](const SparsePicture& level, const PixelRect& here) { bytes += level.bytes_of(here); });
-    if (bytes > most_bytes - bytes_)
+    if (bytes_ + bytes > most_bytes)
         return error(ErrorKind::resource_exhausted, "file: with it the panorama's details take over " +
                                                         megabytes(most_bytes) + " of memory (" + megabytes(bytes_) +
                                                         " without it); leave some out, or give them a smaller scale");

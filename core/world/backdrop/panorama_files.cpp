@@ -49,7 +49,7 @@ Result<std::shared_ptr<const Panorama>> make(const fs::path& file, std::span<con
         const std::string place = item_path("details", i);
         const auto part = PictureFile::open(details[i].file);
         if (!part) return at(place + ".file", part.error());
-        if (auto room = maker->reserve(details[i], part->size()); !room) return under(place, room.error());
+        if (auto room = maker->reserve(details[i], part->size()); !room) return under(place + ".", room.error());
         sizes.push_back(part->size());
     }
     for (std::size_t i = 0; i < details.size(); ++i) {
