@@ -78,11 +78,10 @@ def test_a_head_that_zooms_in_sees_what_is_finer_than_one_picture_can_hold(rig, 
                               backdrop={key: value for key, value in square.items() if key != "details"})
     look(rig, plain, 30)
     assert np.ptp(plain.frame().image) == 0
-    # At the wide end nothing flickers: what is finer than a pixel is its mean.
-    for zoom in (1, 2, 4):
-        for of in (cam, plain):
-            look(rig, of, zoom)
-        assert np.abs(cam.frame().image.astype(int) - plain.frame().image.astype(int)).max() <= 2, zoom
+    # At the wide end a pixel is three stripes wide and their mean.
+    for of in (cam, plain):
+        look(rig, of, 1)
+    assert np.abs(cam.frame().image.astype(int) - plain.frame().image.astype(int)).max() <= 2
 
 
 @pytest.mark.camrig(scene="minimal", mode="lockstep")

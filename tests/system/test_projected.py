@@ -73,7 +73,7 @@ def test_a_camera_moves_before_a_photo_as_before_the_street(rig, tmp_path):
         assert cam.truth()["objects"] == seen.truth()["objects"]
         street, projected = averaged(fine.frame().image, 4), cam.frame().image
         difference = off(street, projected)
-        assert np.mean(difference <= 8) > 0.85, np.mean(difference <= 8)
+        assert np.mean(difference <= 8) > 0.93, np.mean(difference <= 8)
         assert difference.mean() < off(street, plate.frame().image).mean() / 3
     # Where it differs is what the photo does not show, or detail as small as its pixels.
     took = rig.create_camera("took", size=(1280, 960), intrinsics=taken["intrinsics"], **taken["taken_from"], fps=25,
@@ -86,7 +86,9 @@ def test_a_camera_moves_before_a_photo_as_before_the_street(rig, tmp_path):
     nobody = ~np.isin(cam.frame(kind="instance").image, [actor["id"] for actor in rig.actors()])
     assert 0.01 < np.mean(~seen_there) < 0.2, np.mean(~seen_there)
     of_seen, of_unseen = difference[nobody & seen_there], difference[nobody & ~seen_there]
-    assert np.mean(of_seen <= 8) > 0.86 and of_unseen.mean() > 3 * of_seen.mean(), (np.mean(of_seen <= 8), of_seen.mean(), of_unseen.mean())
+    # Not 99 %: what is finer than a pixel of the photo (frames of windows far away, joints of stones) is blurred by its bilinear samples, and so is each
+    # edge. With one row of samples, or a photo of the stream's own size, it is 90 %.
+    assert np.mean(of_seen <= 8) > 0.95 and of_unseen.mean() > 3 * of_seen.mean(), (np.mean(of_seen <= 8), of_seen.mean(), of_unseen.mean())
     # It may be knocked and shaken, mounted and turned by a head.
     rig.fault.set("moves", "knock")
     rig.step(seconds=0.2)
