@@ -131,12 +131,16 @@ TEST(BakedMirrors, ImagesFadeAndEndWhereSurfacesAreRoughest) {
 }
 
 TEST(BakedMirrors, GlassShowsALampAndWhatIsBehindIt) {
-    Room room, without(mirror, false);
+    // The floor mirrors nothing, so what is another picture without reflections is the pane; what is blended has no id.
+    Room room(0.7f), without(0.7f, false);
     const auto snapshot = room.at(0);
     const View view = before_the_pane();
     expect_alike(snapshot, view, "room with a pane");
-    expect_alike(snapshot, view, "the pane", id_of(snapshot, "pane"));
-    EXPECT_LT(unchanged(view, snapshot, without.at(0), "pane"), 0.97);
+    View other = view;
+    other.camera = CameraId{static_cast<std::uint32_t>(view.camera) + 500};
+    const Alike kept = alike(drawn_by("llvmpipe", snapshot, view), drawn_by("llvmpipe", without.at(0), other));
+    std::printf("without reflections: %.2f %% as before\n", 100.0 * kept.share());
+    EXPECT_LT(kept.share(), 0.97);
 }
 
 TEST(BakedMirrors, ExposureOfTheCameraCounts) {
