@@ -416,7 +416,9 @@ bool Solver::bounce_all(double share) {
         is_settled = true;
         for (std::size_t layer = 0; layer < before.size(); ++layer)
             is_settled = is_settled && std::abs(total(layer) - before[layer]) <= settled_share * before[layer];
-        if (options_.checkpoint != nullptr) options_.checkpoint->keep(bounce + 1, light_);
+        // After the last one there is none to go on with, however many were allowed.
+        if (options_.checkpoint != nullptr)
+            options_.checkpoint->keep(is_settled ? options_.bounces : bounce + 1, light_);
     }
     done_ = end;
     return true;
