@@ -58,7 +58,7 @@ struct CameraEntry {
     LatestDue latest;
     /// Cache for ground truth. Its contents are for the lane that draws the camera only.
     std::shared_ptr<truth::StandingObjects> standing = std::make_shared<truth::StandingObjects>();
-    /// State of its sensor from frame to frame. Its contents are for the lane that draws the camera only.
+    /// State of its sensor from frame to frame; shared with the lane that draws the camera.
     std::shared_ptr<sensor::CameraSensor> sensor = std::make_shared<sensor::CameraSensor>();
 
     const world::CameraSpec& spec() const { return *camera.spec(); }
