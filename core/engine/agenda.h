@@ -14,24 +14,25 @@ public:
     static constexpr std::size_t max_waiting = 4096;
     static constexpr TimeNs max_ahead_ns = 3600 * ns_per_s;
 
-    /// Those of one time are kept in the order in which they came. resource_exhausted: too many wait, and `command` is
-    /// as it was.
+    /// Moves the command here until world time at_ns; commands of one time keep the order in which they came.
+    /// resource_exhausted: too many wait, and `command` is unchanged.
     Result<void> add(TimeNs at_ns, Command& command);
     bool empty() const { return waiting_.empty(); }
     std::size_t size() const { return waiting_.size(); }
-    /// Of the first that waits; max_time_ns: none does.
+    /// World time of the first waiting command; max_time_ns: none waits.
     TimeNs next_ns() const { return waiting_.empty() ? max_time_ns : waiting_.begin()->first; }
-    /// The first one goes.
+    /// Removes and returns the first waiting command.
     Command take();
-    /// They go, and are answered with this.
+    /// Removes all waiting commands and answers them with this error.
     void refuse_all(const Error& why);
 
+    /// World time beyond which the world may not run (SetLimit).
     TimeNs limit_ns() const { return limit_ns_; }
     void set_limit(TimeNs world_ns) { limit_ns_ = world_ns; }
-    /// World time may go so far before something has to be done here.
+    /// How far world time may run before a command is due or the limit is reached.
     TimeNs gate_ns() const { return std::min(limit_ns_, next_ns()); }
 
-    /// Takes note of what was done, for the digest of the rig.
+    /// Adds a command that was carried out to the digest (GetDigest).
     void note(TimeNs at_ns, const std::string& text) {
         ++done_;
         digest_.add(at_ns, std::string_view(text));

@@ -8,7 +8,7 @@
 
 namespace camrig::engine {
 
-/// What commands do to cameras. A command that fails changes nothing. Engine's thread.
+/// Carries out the commands on cameras. A command that fails changes nothing. Engine's thread.
 class CameraDesk {
 public:
     CameraDesk(RigState& rig, WorldDesk& world) : rig_(rig), world_(world) {}
@@ -24,11 +24,12 @@ public:
     Result<PtzReply> run(StopPtz& command);
     Result<PtzReply> run(GetPtz& command);
 
-    /// Adds the cameras of a scene that are not there: all of them or none. They take part from begin_world() on.
+    /// Adds those cameras of a scene whose names are not taken: all of them or none. They are scheduled from
+    /// begin_world() on.
     Result<void> add_cameras_of(const world::Scene& scene);
-    /// There is a new world, and its clock does not run yet: all cameras show its beginning.
+    /// There is a new world, and its clock does not run yet: makes its beginning the latest frame of all cameras.
     void begin_world();
-    /// Draws the newest picture of each, whether or not somebody reads it.
+    /// Draws the latest frame of each camera, whether or not somebody reads it.
     void show_all();
 
 private:
@@ -52,7 +53,7 @@ private:
 
     RigState& rig_;
     WorldDesk& world_;
-    std::vector<CameraId> added_;  ///< by add_cameras_of(), and not started yet
+    std::vector<CameraId> added_;  ///< by add_cameras_of(), until begin_world()
 };
 
 }  // namespace camrig::engine

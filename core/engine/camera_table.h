@@ -24,8 +24,7 @@
 
 namespace camrig::engine {
 
-/// The latest picture a camera should have made: drawn already, or drawable at any time from the snapshot of its
-/// instant.
+/// A camera's latest due frame: drawn already, or drawable at any time from the snapshot of its instant.
 struct LatestDue {
     std::shared_ptr<const world::CameraSpec> spec;  ///< as it was at that instant, with the intrinsics of it
     std::uint64_t spec_revision = 0;
@@ -35,16 +34,16 @@ struct LatestDue {
     TimeNs monotonic_ns = 0;
     world::SnapshotRef snapshot;
     std::shared_ptr<const world::CameraPast> past;    ///< of a camera with a sensor
-    std::vector<frame::FrameRef> colors;              ///< as they went out, a pixel format each; none until then
+    std::vector<frame::FrameRef> colors;              ///< as published, one per pixel format; empty until then
     fault::FrameFaultsRef faults;                     ///< what fails at that instant; null: nothing
-    std::shared_ptr<const LatestDue> torn_with = {};  ///< of a torn picture: the one before it
-    /// Of a frame that does not come, or shows the picture before it again: the frame with that picture.
+    std::shared_ptr<const LatestDue> torn_with = {};  ///< of a torn picture: the frame with its other part
+    /// If a fault drops this frame or freezes its picture: the earlier frame whose picture is still shown.
     std::shared_ptr<LatestDue> shown = {};
 
     bool is_dropped() const { return faults && faults->is_dropped; }
-    /// The frame that requests for a picture are answered with.
+    /// The frame that requests for a picture are answered with: this, or if it is dropped, the one before.
     const LatestDue& delivered() const { return is_dropped() && shown ? *shown : *this; }
-    /// The frame whose picture was last to be seen.
+    /// The frame whose picture is shown at present.
     const LatestDue& seen() const { return shown ? *shown : *this; }
 };
 
@@ -55,11 +54,11 @@ struct CameraEntry {
     std::shared_ptr<const std::string> name;
     world::Camera camera;
     std::uint64_t spec_revision = 0;
-    std::pair<std::uint64_t, std::uint64_t> spec_digest = {};  ///< of this revision, made when it is asked for
+    std::pair<std::uint64_t, std::uint64_t> spec_digest = {};  ///< (revision, digest), made when it is asked for
     LatestDue latest;
-    /// For its truths. What is in it belongs to the lane that draws.
+    /// Cache for ground truth. Its contents are for the lane that draws the camera only.
     std::shared_ptr<truth::StandingObjects> standing = std::make_shared<truth::StandingObjects>();
-
+    /// State of its sensor from frame to frame; shared with the lane that draws the camera.
     std::shared_ptr<sensor::CameraSensor> sensor = std::make_shared<sensor::CameraSensor>();
 
     const world::CameraSpec& spec() const { return *camera.spec(); }
@@ -67,20 +66,20 @@ struct CameraEntry {
     TimeNs applied_ns = 0;  ///< world time from which its last command shows
     std::uint64_t due = 0, rendered = 0, idle = 0;
     std::array<std::uint64_t, stream::drop_reason_count> dropped{};  ///< by DropReason
-    /// Of the newest frames that were not drawn though somebody wanted them, at most max_not_drawn.
+    /// World times of the newest wanted frames that were not drawn, and why; at most max_not_drawn.
     std::deque<std::pair<TimeNs, stream::DropReason>> not_drawn = {};
     static constexpr std::size_t max_not_drawn = 64;
-    /// Of the last frame whose picture went out otherwise than it was drawn: no later one may be told by what is
-    /// damaged since.
+    /// Sequence of the last frame whose pixels a fault changed after they were drawn. FrameInfo::damage of a later
+    /// frame must not refer to it or to an earlier one.
     std::int64_t altered_sequence = -1;
-    fault::Standing failing = {};  ///< what fails for those who come, as of its newest picture
-    /// Its user-space devices are unplugged, by this fault.
+    fault::Standing failing = {};  ///< what fails for programs that open its outputs, as of its newest picture
+    /// The fault that keeps its user-space devices unplugged; nullopt: they are there.
     std::optional<fault::Unplug> unplugged = {};
 };
 
-/// What its sensor gives beside the picture; nullopt: it has none.
+/// The format of the raw sensor data that it offers beside pictures; nullopt: it has no sensor.
 std::optional<stream::SensorNumbers> numbers_of(const world::CameraSpec& spec);
-/// As readers of the bus know it: without devices that are unplugged.
+/// The camera as subscribers of the frame bus see it: without devices that are unplugged.
 stream::CameraStream stream_of(const CameraEntry& entry);
 
 /// The cameras of the rig by name, with the limits on their number and size. Thread: the engine's.
@@ -93,19 +92,19 @@ public:
 
     /// Adds a camera; already_exists, invalid name and resource_exhausted are errors and change nothing.
     Result<CameraEntry*> add(world::CameraSpec spec);
-    /// Makes it another camera of the same name.
+    /// Replaces the camera's spec and motion; name, id and sequence numbers stay. An error changes nothing.
     Result<void> replace(CameraEntry& entry, world::Camera camera);
-    /// Makes this instant's the camera's latest frame.
+    /// Makes the frame of this instant the camera's latest.
     void show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns);
-    /// What the camera would show at an instant that somebody holds. Its pictures are not the camera's: nothing is
-    /// kept. Faults that change pixels act as on its latest frame; those of sending do not.
+    /// The frame that the camera would have at an instant that a client holds. It does not become its latest. Faults
+    /// that change pixels act as on its latest frame; those of sending do not.
     LatestDue at_instant(const CameraEntry& entry, const HeldInstant& instant);
-    /// Takes note of colour pictures of a view that have gone out.
+    /// Keeps colour pictures of a view that have been published, to answer requests with and for faults that repeat.
     void keep_colors(CameraEntry& entry, const render::View& view, std::span<const frame::FrameRef> frames);
     /// Gives the camera a fault. Errors as of FaultPlan::set(), and change nothing.
     Result<fault::FaultRef> set_fault(CameraEntry& entry, const fault::FaultSpec& spec, std::uint64_t rig_seed,
                                       TimeNs now_ns);
-    /// Takes note of what fails at its newest picture of its outputs themselves. True: they have to be told.
+    /// Updates `failing` and `unplugged` to the newest picture. True: they changed, and outputs have to be told.
     bool follow_outputs(CameraEntry& entry, TimeNs world_ns);
     /// Fails if another camera has an output that a rig can have only once (a device number).
     Result<void> check_free(const world::CameraSpec& spec) const;
@@ -122,7 +121,7 @@ public:
     const std::map<CameraId, CameraEntry>& all() const { return by_id_; }
 
 private:
-    /// True: its devices go, or come back.
+    /// Updates `unplugged`. True: it changed.
     bool follow_plug(CameraEntry& entry, TimeNs world_ns);
     Result<void> check_pixels(std::int64_t added) const;
 

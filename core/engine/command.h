@@ -39,7 +39,7 @@ inline std::span<const Named<OverloadPolicy>> names_of(std::type_identity<Overlo
 struct CameraReply {
     CameraId id{};
     world::Camera camera;
-    camera::CameraState now;     ///< of a mounted camera, at its latest due instant
+    camera::CameraState now;     ///< pose and zoom; of a mounted camera, at its latest due instant
     std::int64_t sequence = -1;  ///< of the latest due frame; -1: none yet
     std::size_t readers = 0;
     TimeNs applied_ns = 0;  ///< world time from which this state shows
@@ -85,7 +85,7 @@ struct SetCamera {
     using Reply = CameraReply;
     std::string name;
     world::CameraPatch patch;
-    TimeNs duration_ns = 0;  ///< in which pose and field of view come there
+    TimeNs duration_ns = 0;  ///< world time over which pose and field of view move to their new values
 };
 struct DeleteCamera {
     using Reply = Applied;
@@ -97,19 +97,19 @@ struct GetCamera {
 };
 struct PtzReply {
     camera::PtzStatus status;
-    TimeNs world_ns = 0;    ///< its time
-    TimeNs arrives_ns = 0;  ///< world time from which it stands; of what never ends, the largest there is
+    TimeNs world_ns = 0;    ///< world time of `status`
+    TimeNs arrives_ns = 0;  ///< world time at which it stops; the largest value: never
     std::map<std::string, camera::PtzPosition> presets;
     TimeNs applied_ns = 0;  ///< world time from which pictures show the command
     std::map<std::string, camera::PtzTour> tours = {};
-    std::optional<std::string> tour = {};  ///< that it is on
+    std::optional<std::string> tour = {};  ///< the one that runs
 };
 struct MovePtz {
     using Reply = PtzReply;
     std::string camera;
     camera::PtzMove move;
 };
-/// What a head does with places that it remembers. `add` sets one that is not there yet, else already_exists.
+/// What a PTZ head does with its presets, or its home position. `add` sets a new one; already_exists if there is one.
 struct PtzPresets {
     using Reply = PtzReply;
     enum class Action : std::uint8_t { set, add, go_to, remove, set_home, go_home };
@@ -117,13 +117,13 @@ struct PtzPresets {
     std::string preset = {};
     Action action = Action::go_to;
 };
-/// What a head does with tours of such places.
+/// What a PTZ head does with tours of its presets.
 struct PtzTours {
     using Reply = PtzReply;
     enum class Action : std::uint8_t { set, start, remove };
     std::string camera;
     std::string tour = {};
-    camera::PtzTour stops = {};  ///< to set
+    camera::PtzTour stops = {};  ///< of Action::set
     Action action = Action::start;
 };
 struct StopPtz {
@@ -136,7 +136,7 @@ struct GetPtz {
     using Reply = PtzReply;
     std::string camera;
 };
-/// A fault of a camera, and when that shows.
+/// A fault of a camera, and the world time from which pictures show it.
 struct FaultReply {
     std::string camera;
     fault::FaultRef fault;
@@ -147,7 +147,7 @@ struct SetFault {
     std::string camera;
     fault::FaultSpec fault;
 };
-/// Ends one fault, those of a camera, or those of a kind.
+/// Ends the faults that match all of these.
 struct ClearFaults {
     struct Reply {
         std::size_t cleared = 0;
@@ -156,16 +156,16 @@ struct ClearFaults {
     std::optional<std::uint64_t> id;
     std::string camera;     ///< empty: of all
     std::string kind;       ///< empty: of every kind
-    bool by_wiper = false;  ///< those alone that a wiper takes from the glass
+    bool by_wiper = false;  ///< only those that a wiper removes from the glass
 };
 struct ListFaults {
     struct Reply {
-        std::vector<FaultReply> faults;  ///< that are not over
+        std::vector<FaultReply> faults;  ///< present and future ones
         TimeNs world_ns = 0;
     };
     std::string camera;  ///< empty: of all
 };
-/// What faults let readers meet, after event `since`.
+/// The effects of faults on readers (lost packets, broken connections), of events after number `since`.
 struct GetReaderLog {
     using Reply = stream::ReaderLog::Since;
     std::uint64_t since = 0;
@@ -196,14 +196,14 @@ struct StepWorld {
     TimeNs timeout_ns = 10 * ns_per_s;
 };
 
-/// The world as commands find it and leave it: at its last step, which may be some ms ahead of the cameras' pictures.
-/// Whoever holds it can have pictures of it (stream::FetchRequest::instant), all of one moment.
+/// The world as commands see it: at its last step, which may be some ms ahead of the cameras' pictures. A client that
+/// holds it can request pictures and truth of it, all of one moment (stream::FetchRequest::instant).
 struct HeldInstant final : stream::Instant {
     world::SnapshotRef snapshot;
     TimeNs monotonic_ns = 0;
-    /// Of its pictures, which have none of their camera's numbers: below 0, another for each instant.
+    /// Sequence number of its pictures: below 0, unlike those of cameras' frames, and different for each instant.
     std::int64_t sequence = -1;
-    world::SceneRef scene;     ///< what the snapshot is of
+    world::SceneRef scene;     ///< of the snapshot
     bool stands_still = true;  ///< the world does not move by itself now
     RunMode mode = RunMode::realtime;
 };
@@ -218,7 +218,7 @@ struct ActorList {
 struct EventLog {
     std::vector<world::EventRecord> events;
     std::uint64_t last = 0;    ///< sequence of the newest event of all
-    std::uint64_t missed = 0;  ///< of those asked for, so many are not kept any more
+    std::uint64_t missed = 0;  ///< events after `since` that are not kept any more
 };
 
 struct ListActors {
@@ -264,7 +264,7 @@ struct RemoveEvent {
     using Reply = Applied;
     std::string name;
 };
-/// Does at once what an event's actions do.
+/// Carries out an event's actions, at once.
 struct Act {
     using Reply = Applied;
     std::vector<world::Action> actions;
@@ -282,12 +282,12 @@ struct SetLimit {
         TimeNs limit_ns = max_time_ns;
         std::size_t waiting = 0;  ///< commands that wait for their time
     };
-    std::optional<TimeNs> until_ns = {};  ///< nullopt: as it is
-    /// World time that it is now by who knows it: the rig's clock is set to it, and what that skips is `held`. Less
-    /// than 2 ms are made good bit by bit (500 ppm).
+    std::optional<TimeNs> until_ns = {};  ///< nullopt: unchanged
+    /// The world time now, by the caller's clock: the rig's is set to it, and frames that are skipped are counted as
+    /// dropped for `held`. A difference of less than 2 ms is slewed (500 ppm).
     std::optional<TimeNs> clock_ns = {};
 };
-/// What tells two rigs of one scene apart.
+/// Hashes of the rig's state, to compare rigs that run the same scene.
 struct GetDigest {
     struct Reply {
         TimeNs world_ns = 0;
@@ -295,7 +295,7 @@ struct GetDigest {
         std::uint64_t value = 0;
         world::StateHash world;
         std::uint64_t cameras = 0;
-        std::uint64_t commands = 0;  ///< of what was done, with its times
+        std::uint64_t commands = 0;  ///< of the commands carried out, with their world times
         std::uint64_t command_count = 0;
         std::vector<world::NamedDigest> parts;
     };
@@ -309,19 +309,19 @@ struct GetTruth {
     using Reply = truth::TruthRef;
     std::string camera;
     TimeNs min_ns = 0;
-    /// Of what the camera would show at an instant that is held; null: of its latest due frame.
+    /// The truth of what the camera would show at this instant; null: of its latest due frame.
     std::shared_ptr<const HeldInstant> instant = {};
-    std::optional<truth::GroundGrid> ground = {};  ///< which of it is seen; nullopt: nobody asks
+    std::optional<truth::GroundGrid> ground = {};  ///< also tells which cells of this grid are seen; nullopt: of none
 };
 
-/// A command. `done` is called exactly once and must not block: on the engine's thread or, refused, from within post().
+/// A command. `done` is called exactly once and must not block: on the engine's thread or, if refused, within post().
 template <typename C>
 struct Request {
     C command;
     std::function<void(Result<typename C::Reply>)> done;
-    /// World time at which it is done, after the frames that are due then; nullopt: at once. Of Timed<C> alone.
+    /// World time at which it is carried out, after the frames that are due then; nullopt: at once. Only for Timed<C>.
     std::optional<TimeNs> at_ns = {};
-    /// As the command log has it, one line of text; null: nobody said it.
+    /// The command as one line of text, for the command log; null: it did not come as JSON-RPC.
     std::shared_ptr<const std::string> text = {};
 };
 
@@ -337,26 +337,26 @@ using Command =
 
 template <typename C, typename... Of>
 concept OneOf = (std::same_as<C, Of> || ...);
-/// What changes cameras or what is in the world, and so is done at one world time on every machine.
+/// Commands that change cameras or what is in the world. Replicas carry them out at the same world time.
 template <typename C>
 concept Change = OneOf<C, CreateCamera, SetCamera, DeleteCamera, MovePtz, PtzPresets, PtzTours, StopPtz, SetFault,
                        ClearFaults, SpawnActor, RemoveActor, SetActor, SteerActors, SpawnObject, SetObject,
                        RemoveObject, AddEvent, RemoveEvent, Act>;
-/// What may say at what world time it is done: its method has the parameter at_ns.
+/// Commands that may be given a world time: their methods have the parameter at_ns.
 template <typename C>
 concept Timed = Change<C> || OneOf<C, GetDigest>;
-/// What the command log has, with the time at which it was done.
+/// Commands that the command log contains, with the world time at which they were carried out.
 template <typename C>
 concept Logged = Change<C> || OneOf<C, LoadWorld, PauseWorld, ResumeWorld, StepWorld>;
 
-/// Is told of every command that has changed something, in the order in which that was done. Engine's thread.
+/// Records the commands that were carried out (Logged<C>), in order. Called on the engine's thread.
 class CommandJournal {
 public:
     virtual ~CommandJournal() = default;
     virtual void note(TimeNs at_ns, const std::string& text) = 0;
 };
 
-/// Where commands go in: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
+/// Takes commands: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.
 class CommandPort {
 public:
     virtual ~CommandPort() = default;

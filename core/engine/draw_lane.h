@@ -21,33 +21,33 @@ struct DrawTask {
     std::function<void(TimeNs spent_ns)> done;    ///< afterwards, on the engine's: the wall time that draw() took
 };
 
-/// What lanes have drawn, on its way back to the engine: a call of DrawTask::done for each. Any thread puts, the
-/// engine's takes.
+/// Finished tasks on their way back to the engine, each as the call of its DrawTask::done. Lanes put, the engine's
+/// thread takes.
 using DrawnTasks = BoundedQueue<std::function<void()>>;
-/// Whoever posts bounds how many there are (DrawDesk); so many are a bug.
+/// Capacity of the queues. DrawDesk keeps the number of tasks small; reaching this is a bug (CHECK).
 inline constexpr std::size_t max_draw_tasks = 1'000'000;
 
-/// Draws tasks one after the other with a renderer of its own.
+/// Carries out draw tasks one after the other, with a renderer of its own. All calls but counters(): engine's thread.
 class DrawLane {
 public:
     virtual ~DrawLane() = default;
-    /// Engine's thread; never blocks.
+    /// Never blocks.
     virtual void post(DrawTask task) = 0;
     /// As of the end of the last task. Any thread.
     virtual render::RenderCounters counters() const = 0;
     /// Whether the lane's renderer gives colour pictures of this view in that format (Renderer::makes).
     virtual bool makes(frame::PixelFormat format, const render::View& view) const = 0;
-    /// Whether it draws the view's colour with what it draws best, and nothing dear is set up for it
-    /// (Renderer::is_plain).
+    /// Whether the renderer draws this view by its fast path, without expensive set-up (Renderer::is_plain).
     virtual bool is_plain(const render::View& view) const = 0;
-    /// What its first picture may cost (Renderer::expected_cost_ns).
+    /// An estimate of the drawing time of the view's first picture (Renderer::expected_cost_ns).
     virtual TimeNs expected_cost_ns(const render::View& view) const = 0;
-    /// Whether a second lane with such a renderer draws beside it (Renderer::is_on_cpu).
+    /// Whether a second lane with such a renderer is useful (Renderer::is_on_cpu).
     virtual bool wants_second() const = 0;
     virtual const std::string& description() const = 0;
 };
 
-/// A lane with a thread. The renderer lives and dies on it; what is still waiting when the lane goes is not drawn.
+/// A lane with a thread, on which the renderer is made, used and destroyed. Tasks that wait when the lane is destroyed
+/// are not carried out.
 class ThreadedLane final : public DrawLane {
 public:
     using MakeRenderer = std::function<Result<std::unique_ptr<render::Renderer>>()>;
@@ -57,7 +57,7 @@ public:
         /// go first when there are not cores enough.
         int niceness = 0;
     };
-    /// Waits until the renderer is made; its error is the answer.
+    /// Blocks until the renderer is made. Errors are those of `make`.
     static Result<std::unique_ptr<DrawLane>> start(const Options& options, MakeRenderer make,
                                                    std::shared_ptr<DrawnTasks> drawn);
     ~ThreadedLane() override;
@@ -77,8 +77,8 @@ private:
     void run(const Options& options, const MakeRenderer& make, const std::function<void(Result<void>)>& started);
 
     const std::shared_ptr<DrawnTasks> drawn_;
-    std::unique_ptr<render::Renderer>
-        renderer_;  ///< made and destroyed on the thread; others ask it constant questions only
+    /// Made and destroyed on the thread; others call const functions whose answers never change.
+    std::unique_ptr<render::Renderer> renderer_;
     std::string description_;
     BoundedQueue<DrawTask> tasks_{max_draw_tasks};
     mutable std::mutex mutex_;

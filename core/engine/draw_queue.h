@@ -20,40 +20,41 @@ struct DueViews {
     bool may_be_dropped = true;  ///< when newer pictures of its cameras are due
 };
 
-/// What is due and not drawn yet of one lane, and what is drawn next. Pure arithmetic: no clock, no threads.
+/// The views that wait for one lane, and which of them it draws next. Pure arithmetic: no clock, no threads.
 ///
 /// Cameras whose pictures cost alike are a class; its instants are drawn whole, from the oldest that is some camera's
 /// newest, and all before it are dropped. So cameras of like cost drop the same instants, none starves, and what is
 /// kept is at most an instant per camera.
 ///
 /// Between classes drawing time is shared fairly, a share per camera: the class that had least of it per camera is next
-/// (start-time fair queuing; Goyal, Vin, Cheng 1997). A class that had nothing to draw saves nothing up. Pictures
-/// and truth on request are a class beside them, with a third of the share of all cameras together.
+/// (start-time fair queuing; Goyal, Vin, Cheng 1997). A class that had nothing to draw gets no credit for that time.
+/// Pictures and truth on request are one more class, whose weight is a third of that of all cameras together.
 class DrawQueue {
 public:
     static constexpr int cost_classes = CostClasses::count;
     static constexpr int requests = cost_classes;
     static constexpr int all_classes = cost_classes + 1;
 
-    /// Something is due. What it supersedes goes to `dropped`.
+    /// Adds views of an instant. Views that they supersede go to `dropped`.
     void add(int cost_class, DueViews due, std::vector<DueViews>& dropped);
+    /// Whether requests have something to draw.
     void set_requests(bool are_waiting);
 
-    /// The class that is to be drawn next; none: there is nothing to draw.
+    /// The class to draw next; nullopt: there is nothing to draw.
     std::optional<int> next();
-    /// The next views of a cost class, at most so many of one instant; not empty where there is something to draw.
+    /// Removes and returns the next views of a cost class: of one instant, at most `most`. Not empty if any wait.
     DueViews take(int cost_class, std::size_t most);
-    /// So long has it been drawn for this class.
+    /// Adds drawing time to a class's account.
     void charge(int one_class, TimeNs spent_ns);
 
-    /// When the instant was, in CLOCK_MONOTONIC, that take() would give views of.
+    /// CLOCK_MONOTONIC time of the instant of the views that take() would give. The class must have some.
     TimeNs due_since_ns(int cost_class) const {
         return classes_[static_cast<std::size_t>(cost_class)].due.front().monotonic_ns;
     }
 
-    /// What is due of a camera is not to be drawn any more: the views, each with its instant, go to `removed`.
+    /// Removes the waiting views of a camera; they go to `removed`, each with its instant.
     void remove(CameraId camera, std::vector<DueViews>& removed);
-    /// Nothing of cameras' instants is left; requests may be.
+    /// Whether no views wait. Requests do not count.
     bool empty() const;
 
 private:

@@ -22,15 +22,15 @@ struct EngineOptions {
     world::Quality quality = world::Quality::simple;
     std::optional<std::uint64_t> seed;  ///< nullopt: the scene's
     TimeNs limit_ns = max_time_ns;      ///< in real time: how far the world may run at first (SetLimit)
-    /// Changes without a world time of their own are refused: they would not be the same on another machine.
+    /// Refuse changes without a world time (Request::at_ns): another machine would carry them out at another time.
     bool is_held = false;
     std::shared_ptr<CommandJournal> journal = {};  ///< null: nobody keeps a log
     render::RendererOptions renderer;
 };
 
-/// The tick loop: the thread that owns the world and the renderer. Commands and requests for pictures come in by a
-/// bounded queue, frames go out to the bus; nothing else passes. Commands, instants, steps of the world and pictures on
-/// request take turns of some ms: none of them keeps the others waiting for long, however many there are.
+/// The tick loop: the thread that owns the world and the schedule. Commands and requests for pictures come in by a
+/// bounded queue, frames go out to the bus; nothing else crosses. Commands, instants, steps of the world and pictures
+/// on request take turns of some ms: none of them keeps the others waiting for long, however many there are.
 ///
 /// Any thread may post and fetch. The bus must outlive the engine.
 class Engine final : public CommandPort, public stream::FrameFetcher {

@@ -5,8 +5,8 @@
 
 namespace camrig::engine {
 
-/// What commands say of cameras that fail. Faults act on frames that fall due from then on; what is out is out. A
-/// command that fails changes nothing. Engine's thread.
+/// Carries out the commands on faults of cameras. Faults act on frames that fall due after the command. A command that
+/// fails changes nothing. Engine's thread.
 class FaultDesk {
 public:
     FaultDesk(RigState& rig, WorldDesk& world) : rig_(rig), world_(world) {}
@@ -17,7 +17,7 @@ public:
     Result<GetReaderLog::Reply> run(GetReaderLog& command);
 
 private:
-    /// World time from which the camera's pictures show a command of now.
+    /// Records a change of the camera's faults; returns the world time from which its pictures show it.
     TimeNs note_command(CameraEntry& entry);
 
     RigState& rig_;

@@ -9,31 +9,31 @@
 
 namespace camrig::engine {
 
-/// Brings about what falls due: in real time as the clock runs, else by steps. An instant begins with a snapshot of the
-/// world and where its cameras are; what is drawn of it goes out, what is not goes to the books. Engine's thread.
+/// Runs the instants at which cameras are due: as the clock runs in real time, by steps in lockstep. Begins each with a
+/// snapshot of the world and the due views, publishes what is drawn of it, and counts what is not. Engine's thread.
 class Instants {
 public:
     Instants(RigState& rig, WorldDesk& world, Requests& requests) : rig_(rig), world_(world), requests_(requests) {}
-    /// Answers who still waits for a step.
+    /// Fails all requests for steps that still wait.
     ~Instants();
 
-    /// What is due at monotonic_ns: some ms of the world's steps, or an instant.
+    /// Does what is due at monotonic_ns: some ms of the world's steps, or one instant.
     void turn(TimeNs monotonic_ns);
-    /// Whether it was started; else the request is answered.
+    /// Queues a step of lockstep; `state` makes its reply. False: the request was refused, and is answered.
     bool start_step(Request<StepWorld>& request, std::function<WorldState()> state);
-    /// All is done that comes before a command of that world time, and the time has come.
+    /// Whether a command of that world time is to be carried out now: everything that comes before it is done.
     bool has_reached(TimeNs world_ns, TimeNs monotonic_ns) const;
     bool has_steps() const { return !steps_.empty(); }
-    /// There is another world, of time 0.
+    /// There is another world, whose time begins at 0.
     void begin_world();
-    /// When turn() has something to do, if nothing else happens (CLOCK_MONOTONIC).
+    /// When turn() has to be called next, if nothing else happens (CLOCK_MONOTONIC).
     TimeNs wake_time_ns() const;
 
     /// DrawDesk::Callbacks.
     void drawn(DrawnViews& drawn);
     void dropped(const DueViews& due, const render::View& view, stream::DropReason reason);
 
-    /// Its part of stats.get: instants and the times of stages.
+    /// Fills in its part of the reply to stats.get: counts of instants, and the times of stages.
     void fill_report(stream::RigReport& report) const;
 
 private:
@@ -51,12 +51,12 @@ private:
     void run_realtime(TimeNs monotonic_ns);
     void advance_step(TimeNs monotonic_ns);
     void give_up_step(TimeNs monotonic_ns);
-    /// The world, which is there, at this instant; what is wanted of it is handed to be drawn.
+    /// Takes the snapshot of this instant, which the world has reached, and hands its wanted views to the DrawDesk.
     void begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_dropped);
     void account_skipped(TimeNs instant_ns);
-    /// A frame that was wanted does not go out.
+    /// Counts a wanted frame that is not published.
     void miss(CameraEntry& entry, TimeNs world_ns, stream::DropReason reason);
-    /// What is drawn knows what differs from what was drawn before; of pictures that went out otherwise it is not true.
+    /// Clears FrameInfo::damage where it refers to a frame that faults changed after drawing.
     static void forget_damage(CameraEntry& entry, const render::View& view, std::span<frame::FrameRef> frames);
 
     RigState& rig_;
@@ -67,7 +67,7 @@ private:
     std::optional<TimeNs> chosen_late_ns_;
     std::deque<StepJob> steps_;
     std::uint64_t instants_ = 0, dropped_instants_ = 0;
-    std::set<TimeNs> dropped_at_;  ///< the last instants of which pictures were dropped
+    std::set<TimeNs> dropped_at_;  ///< recent instants with dropped pictures, each counted once
     stream::StageTimer wakeup_time_, world_time_;
 };
 

@@ -5,8 +5,8 @@
 
 namespace camrig::engine {
 
-/// What makes worlds on several machines one: how far and by which clock this one runs, and whether it is as the others
-/// are. Engine's thread.
+/// Carries out the commands for rigs that run the same world on several machines (docs/farm.md): how far and by which
+/// clock this one runs, and hashes of its state to compare. Engine's thread.
 class ReplicaDesk {
 public:
     ReplicaDesk(RigState& state, WorldDesk& world) : state_(state), world_(world) {}

@@ -7,8 +7,8 @@
 
 namespace camrig::engine {
 
-/// Pictures and truth on request: of a camera's latest due frame, drawn now if nobody was watching, from the snapshot
-/// of its instant. Drawing for requests has a turn and a share of its own (DrawQueue). Engine's thread.
+/// Answers requests for single pictures and truth: of a camera's latest due frame, drawn now from the snapshot of its
+/// instant if that was not done already. Drawing for requests is a class of its own in DrawQueue. Engine's thread.
 class Requests {
 public:
     explicit Requests(RigState& rig) : rig_(rig) {}
@@ -18,15 +18,15 @@ public:
     void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done);
     void get_truth(Request<GetTruth>& request);
 
-    /// Answers all whose picture is there or cannot come, and asks for a turn for those that need drawing.
+    /// Answers all whose picture is drawn or cannot come, and asks the DrawDesk for a turn if others need drawing.
     void turn(TimeNs monotonic_ns);
-    /// The next that needs drawing (DrawDesk::Callbacks::next_request).
+    /// The drawing of the next request that needs it (DrawDesk::Callbacks::next_request).
     std::optional<DrawTask> next();
-    /// A running camera's colour pictures were drawn: they do for who waits for them.
+    /// A camera's colour pictures were drawn for its readers: answers requests that wait for them.
     void colors_drawn(const CameraEntry& entry, std::span<const frame::FrameRef> frames);
-    /// Adds the pixel formats that waiters for a camera's picture of this instant want (LocalFrameBus::wanted).
+    /// Adds the pixel formats in which requests wait for a camera's picture of this instant (LocalFrameBus::wanted).
     void add_awaited(const CameraEntry& entry, TimeNs world_ns, frame::PixelFormats& formats) const;
-    /// The next time that turn() has something to do, if nothing else happens (CLOCK_MONOTONIC).
+    /// When turn() has to be called next, if nothing else happens (CLOCK_MONOTONIC).
     TimeNs wake_time_ns() const;
     const stream::StageTimer& truth_time() const { return truth_time_; }
 
@@ -42,10 +42,10 @@ private:
         std::function<void(Result<truth::TruthRef>)> got_truth;
         TimeNs deadline_ns = 0;
 
-        /// The colour picture of the camera's latest frame, which others may want too.
+        /// Whether it wants the colour picture of the camera's latest frame, which readers may want too.
         bool wants_color() const { return draws_color() && !picture.instant; }
         bool draws_color() const { return got_picture && picture.kind == frame::FrameKind::color; }
-        /// That it wants a picture of; null: the camera's latest frame.
+        /// The instant of the wanted picture; null: that of the camera's latest frame.
         const HeldInstant* instant() const { return static_cast<const HeldInstant*>(picture.instant.get()); }
         void fail(const Error& why) const;
     };
@@ -71,10 +71,10 @@ private:
 
     RigState& rig_;
     Waiters waiting_, drawing_;
-    bool is_ready_ = false;           ///< somebody who waits needs but his turn
+    bool is_ready_ = false;           ///< a request could be drawn now and waits for the lane only
     TimeNs cost_ns_ = 8 * ns_per_ms;  ///< what a request took lately, on average
-    TimeNs turn_ns_ = 0;              ///< of the last turn()
-    TimeNs from_ns_ = 0;              ///< until then the time is the readers' (CLOCK_MONOTONIC)
+    TimeNs turn_ns_ = 0;              ///< time of the last turn()
+    TimeNs from_ns_ = 0;              ///< until then the lane is for readers' frames (CLOCK_MONOTONIC)
     stream::StageTimer truth_time_;
 };
 

@@ -15,11 +15,10 @@
 
 namespace camrig::engine {
 
-/// World, cameras, schedule and drawing put together: takes commands to the desk that does them, and gives each its
-/// turn.
+/// The engine's parts put together: passes each command to the desk that carries it out, and gives every desk its turn.
 ///
-/// Thread: the engine's, for every call. Time enters as an argument or from the one monotonic clock; `wake` may be
-/// called from other threads when a delivery or a picture is complete, and asks for another tick().
+/// Thread: the engine's, for every call. Time is an argument, or read from CLOCK_MONOTONIC. The rig calls `wake`, from
+/// any thread, when a delivery or a picture is complete: tick() is to be called again.
 class Rig {
 public:
     /// One lane or two (DrawDesk), whose drawn tasks come back through `finished`. Returns when the cameras of the
@@ -31,10 +30,12 @@ public:
 
     ~Rig();
 
+    /// Carries the command out, or keeps it until its world time (Request::at_ns).
     void apply(Command& command);
+    /// Answers a request for a picture (stream::FrameFetcher), now or later.
     void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done);
 
-    /// A turn of everything: hears what was drawn, does what is due at monotonic_ns, hands out what is to be drawn.
+    /// One turn of every desk: takes what was drawn, does what is due at monotonic_ns, hands out what is to be drawn.
     void tick(TimeNs monotonic_ns);
     /// When tick() has to be called next, if nothing else happens (CLOCK_MONOTONIC).
     TimeNs wake_time_ns() const;
@@ -43,14 +44,15 @@ private:
     Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> lanes,
         std::shared_ptr<DrawnTasks> finished, stream::LocalFrameBus& bus, std::function<void()> wake);
 
-    /// Whether it is to be done now. Else it waits for its time, or is answered.
+    /// Whether the command is to be carried out now. Else it was moved to the agenda, or answered with an error.
     template <typename C>
     bool admit(Request<C>& request, Command& command);
-    /// Does it, now or at the time it says.
+    /// Carries the command out now.
     void perform(Command& command);
+    /// Carries out the commands of the agenda whose time has come.
     void do_what_has_its_time(TimeNs monotonic_ns);
-    /// The world time of a command that says none, as a log can say it: steps of the world and frames that came before
-    /// it come before it again.
+    /// The world time to log for a command that was given none: carried out at it in a replay, it comes after the same
+    /// steps of the world and the same frames.
     TimeNs time_of_command() const;
 
     Result<WorldState> run(LoadWorld& command);

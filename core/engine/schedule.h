@@ -32,7 +32,7 @@ public:
 
     /// The camera is due first at its first grid point after `after_ns`, with sequence number `first_sequence`.
     void set(CameraId camera, const camera::ExposureTimes& times, TimeNs after_ns, std::int64_t first_sequence);
-    /// The camera, which was due just now, is due again so many (>= 1) grid points later, and so on.
+    /// The camera, which was due just now, is due at every grid_points-th grid point (>= 1) from now on.
     void set_stride(CameraId camera, std::int64_t grid_points);
     std::int64_t stride(CameraId camera) const { return entries_.at(camera).stride; }
     void remove(CameraId camera) { entries_.erase(camera); }
@@ -51,7 +51,7 @@ public:
     /// instants are dropped as a whole, a camera never loses its newest frame, a slow camera never suffers for a fast
     /// one, and none starves.
     TimeNs choose_instant(TimeNs now_ns) const;
-    /// Moves every camera on to its first frame at or after world_ns and tells what each one lost.
+    /// Moves every camera on to its first frame at or after world_ns; returns what each one skipped.
     std::vector<Skipped> skip_before(TimeNs world_ns);
 
 private:

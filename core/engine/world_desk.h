@@ -7,7 +7,7 @@
 
 namespace camrig::engine {
 
-/// Moves the world and does what commands ask of its actors and events. Engine's thread.
+/// Advances the world, and carries out the commands on its actors, objects and events. Engine's thread.
 class WorldDesk {
 public:
     explicit WorldDesk(RigState& rig) : rig_(rig) {}
@@ -26,30 +26,31 @@ public:
     Result<EventChange> run(AddEvent& command);
     Result<Applied> run(Act& command);
     Result<Applied> run(RemoveEvent& command);
+    /// Keeps the request until answer_waits() can answer it.
     void wait_events(Request<WaitEvents>& request);
-    /// Answers those for whom an event has fired or whose time is over.
+    /// Answers the requests for which an event has fired or whose time is over.
     void answer_waits(TimeNs monotonic_ns);
-    /// The next time that answer_waits() has something to do (CLOCK_MONOTONIC).
+    /// When answer_waits() has to be called next (CLOCK_MONOTONIC).
     TimeNs next_deadline_ns() const;
 
-    /// The world's steps up to `world_ns`, for some ms at most. False: it is not there yet and needs more turns,
-    /// between which commands are served.
+    /// Runs the world's steps up to `world_ns`, for some ms at most. False: more calls are needed, between which other
+    /// commands are served.
     bool advance(TimeNs world_ns);
-    /// The last advance() did not come to its end.
+    /// Whether the last advance() did not reach its time.
     bool is_behind() const { return is_behind_; }
-    /// Nobody waits for the world's steps any more.
+    /// Gives up the time that the last advance() did not reach.
     void rest() { is_behind_ = false; }
-    /// Time spent on steps since the last call.
+    /// Wall time spent on steps since the last call.
     TimeNs take_spent_ns() { return std::exchange(spent_ns_, 0); }
-    /// The world as of now; commands act on it.
+    /// The world, advanced to RigState::world_now_ns(); commands act on it.
     world::World& world_of_now();
     /// There is another world now.
     void begin_world();
 
 private:
-    /// Takes what has happened in the world since the last call.
+    /// Takes events and changes of cameras from the world since the last call.
     void collect();
-    /// Does what events did to cameras until `world_ns`.
+    /// Carries out what events change of cameras up to `world_ns`.
     void move_cameras(TimeNs world_ns);
     Result<void> apply(const world::CameraAction& action, CameraEntry& entry, TimeNs begin_ns);
     Result<void> apply(const world::FaultAction& action, CameraEntry& entry, TimeNs begin_ns);
@@ -68,7 +69,7 @@ private:
     std::list<PendingWait> waits_;
     std::deque<world::EventRecord> event_log_;  ///< the newest, in order
     std::uint64_t last_event_ = 0;
-    std::uint64_t event_base_ = 0;  ///< events of the worlds before this one
+    std::uint64_t event_base_ = 0;  ///< number of events of earlier worlds, to which this one's numbers are added
 };
 
 }  // namespace camrig::engine

@@ -8,7 +8,7 @@
 
 namespace camrig::http {
 
-/// The header fields that decide who may ask; empty optionals were not sent.
+/// The header fields that decide whether a request is allowed; empty optionals were not sent.
 struct RequestOrigin {
     std::string_view method;
     std::optional<std::string_view> host;
@@ -23,7 +23,8 @@ std::string_view token_of(std::string_view authorization, const std::string* que
 /// "localhost", "127.0.0.1", "[::1]", "x.localhost": with or without a port.
 bool is_loopback_host(std::string_view host_and_port);
 
-/// Keeps foreign web pages out; programs that are no browsers never notice.
+/// Refuses requests that other web sites make through a user's browser (cross-site request forgery, DNS rebinding).
+/// Programs that are no browsers pass: they send none of these fields but Host. `unauthorized`: refused.
 ///
 /// Host: must name this machine's loopback or the configured host, or else a page whose DNS name was re-bound to
 /// 127.0.0.1 would be "same origin" with us. With a token set any Host will do: such a page does not know it. Anything

@@ -23,21 +23,21 @@ namespace camrig::http {
 /// "127.0.0.1:8080", "[::1]:8080".
 std::string describe(const boost::asio::ip::tcp::endpoint& endpoint);
 
-/// One TCP connection: reads requests one after the other, decides who may ask, answers. Server's thread.
+/// One TCP connection: reads requests one after the other, checks access, answers. Server's thread.
 class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
 public:
-    /// `device`: of a port of a network camera, what that was opened for; nullopt on the port of the rig.
+    /// `device`: the name that HttpServer::open_device_port() was given for this port; nullopt: the rig's own port.
     HttpConnection(ServerState& state, boost::asio::ip::tcp::socket socket, boost::asio::ip::tcp::endpoint peer,
                    std::optional<std::string> device);
     ~HttpConnection();
     HttpConnection(const HttpConnection&) = delete;
     HttpConnection& operator=(const HttpConnection&) = delete;
 
-    /// Until the connection is over. The caller keeps `this` alive.
+    /// Serves requests until the connection ends. The caller keeps `this` alive.
     boost::asio::awaitable<void> run();
-    /// Ends whatever run() is doing, and frees its place. Twice is fine.
+    /// Closes the socket, which ends run(), and stops counting against HttpLimits::connections. Twice is fine.
     void close();
-    /// Something that a stream looks at has changed.
+    /// Makes a stream on this connection look again at what it depends on (ServerState::camera_changes).
     void wake() { event_->set(); }
     boost::asio::ip::address peer_address() const { return peer_address_; }
 
@@ -55,9 +55,9 @@ private:
     /// Fills `request` from the header fields, or says why it is refused.
     std::optional<Reply> examine(const Message& message, HttpRequest& request) const;
     std::optional<Reply> check_message(const Message& message) const;
-    /// Whether this may be asked at all, and whether it may command.
+    /// Whether the request is allowed at all, and whether it may change anything (HttpRequest::may_command).
     std::optional<Reply> check_access(const Message& message, HttpRequest& request) const;
-    /// The same on the port of a network camera, whose messages say themselves who sends them.
+    /// The same on the port of a network camera, where a SOAP message may carry its own credentials (WS-Security).
     std::optional<Reply> check_device_access(const Message& message, HttpRequest& request) const;
     Result<HttpRoute> find_route(const std::string& path) const;
     /// Closes streams whose client has gone while we wait for pictures.
@@ -69,13 +69,13 @@ private:
         return device_ ? state_.options.limits.device_body_bytes : state_.options.limits.body_bytes;
     }
 
-    ServerState& state_;
-    /// Among those whose next request is awaited, from now on or no longer.
+    /// Adds this connection to ServerState::waiting, and removes it.
     void begin_waiting();
     void end_waiting();
-    /// Guessing tokens is slow, and told in the log once a second at most.
+    /// Waits HttpLimits::wrong_token and logs, at most once a second, if the request had wrong credentials.
     boost::asio::awaitable<void> hold_back(const Message& message, const HttpRequest& request);
 
+    ServerState& state_;
     const boost::asio::ip::address peer_address_;
     const std::string peer_;
     const std::uint16_t local_port_;

@@ -9,8 +9,8 @@
 
 namespace camrig::http {
 
-/// A stream's claim on one encoding of a camera. Streams of equal form share it; how many different ones a camera has
-/// at once is bounded. Server's thread; the state outlives it.
+/// A stream's claim on one encoding of a camera. Streams of equal format share an encoding; how many different ones a
+/// camera has at once is bounded. Server's thread; the state outlives it.
 class EncodingShare {
 public:
     /// resource_exhausted: this would be one encoding more than HttpLimits::qualities_per_camera.

@@ -19,13 +19,13 @@ struct HttpRequest {
     std::string method;
     unsigned version = 11;
     bool keep_alive = false;
-    bool embeds = false;  ///< asked by a page of HttpOptions::embedders
+    bool embeds = false;  ///< made by a page of HttpOptions::embedders
     Target target;
     HttpRoute route;
     std::string if_none_match;
     std::string body;
-    bool may_command = false;  ///< POST /rpc: not only look
-    DeviceCall call;           ///< of a network camera; `body` is above
+    bool may_command = false;  ///< POST /rpc: may call methods that change something
+    DeviceCall call;           ///< on the port of a network camera: all but its body
 };
 
 /// Answers everything but streams. Server's thread; waits on `event`; throws nothing.

@@ -30,36 +30,37 @@ struct RpcText {
     std::shared_ptr<const void> keep = {};
 };
 
-/// A message to a network camera, which came on a port of HttpServer::open_device_port().
+/// A request to a network camera (ONVIF's SOAP messages), on a port of HttpServer::open_device_port().
 struct DeviceCall {
-    std::string device;            ///< what the port was opened for
-    std::string host;              ///< as the client calls us: name or address, and the port
-    std::uint16_t port = 0;        ///< that it came to
-    std::string path;              ///< of the URL that was posted to
-    std::optional<int> rank = {};  ///< of who asks, by HTTP: as DeviceHooks::caller says
-    bool shows_wrong = false;      ///< what is shown is not right
-    std::string challenge = {};    ///< WWW-Authenticate, should one be asked to show something
+    std::string device;            ///< the name that the port was opened with
+    std::string host;              ///< the Host field: name or address, and port
+    std::uint16_t port = 0;        ///< local port
+    std::string path;              ///< of the URL
+    std::optional<int> rank = {};  ///< what the client may do by its HTTP authentication (DeviceHooks::Caller)
+    bool shows_wrong = false;      ///< it sent HTTP credentials that are wrong
+    std::string challenge = {};    ///< WWW-Authenticate of the answer, should that be 401
     std::string body;
 };
 struct DeviceAnswer {
     int status = 200;
     std::string content_type, text;
-    bool is_refused = false;   ///< it came with a wrong token
-    bool asks_digest = false;  ///< the client is to come again with HTTP digest
+    bool is_refused = false;   ///< the credentials inside the message (WS-UsernameToken) were wrong
+    bool asks_digest = false;  ///< 401: the client shall authenticate by HTTP digest (DeviceCall::challenge)
 };
 
-/// What network cameras answer (ONVIF). Both or none are given; the first answers at once.
+/// Network cameras (ONVIF), as the composition root implements them. Either both functions are given or none.
 struct DeviceHooks {
     struct Caller {
-        std::optional<int> rank = {};  ///< whatever it means to `call`; nullopt: nobody who may see pictures
-        bool is_stale = false;         ///< has shown what was right a while ago
-        std::string challenge = {};    ///< WWW-Authenticate, for who has no rank
+        std::optional<int> rank = {};  ///< a level that `call` understands; nullopt: may not even see pictures
+        bool is_stale = false;         ///< the password is right, but the digest's nonce is too old or used
+        std::string challenge = {};    ///< WWW-Authenticate, for a client without a rank
     };
-    /// Who asks, by the Authorization field of this request, which may be empty.
-    /// `shows_token`: the rig's, as on its other ports.
+    /// Who a request is from, by its Authorization field, which may be empty. `shows_token`: it carries the rig's own
+    /// token, as on the rig's port. Answers at once.
     std::function<Caller(std::string_view method, std::string_view target, std::string_view authorization,
                          bool shows_token)>
         caller;
+    /// Handles a message.
     std::function<void(DeviceCall, std::function<void(DeviceAnswer)> reply)> call;
 };
 
@@ -71,7 +72,7 @@ struct HttpHooks {
     using Truth =
         std::function<void(std::string camera, TimeNs min_ns, std::function<void(Result<std::string>)> reply)>;
 
-    Rpc rpc;      ///< JSON-RPC text in and out. No pieces: "204 No Content"
+    Rpc rpc;      ///< JSON-RPC text in and out. An answer without pieces is sent as "204 No Content"
     Stats stats;  ///< for /metrics
     Truth truth;  ///< JSON text of /cameras/NAME/truth
     std::function<std::optional<StaticFile>(std::string_view path)> files;  ///< the web page. Absent: there is none
@@ -83,7 +84,7 @@ struct HttpLimits {
     using Duration = std::chrono::milliseconds;
 
     std::size_t connections = 512;
-    std::size_t waiting_connections = 128;               ///< that have no whole request in work
+    std::size_t waiting_connections = 128;               ///< those whose next request has not arrived whole
     std::size_t connections_per_peer = 128;              ///< of one address beyond loopback
     std::size_t connections_per_local_peer = 512;        ///< of one address of loopback
     std::size_t header_bytes = 16 * 1024;                ///< request line and header fields together
@@ -101,15 +102,15 @@ struct HttpLimits {
     Duration device_time{90'000};        ///< waiting for a network camera's answer (events are waited for a minute)
     Duration rpc_time{600'000};          ///< waiting for a JSON-RPC answer (world.step may take long)
     Duration repeat_after{2'000};        ///< a stream without a new picture repeats the last one
-    Duration wrong_token{250};           ///< before a wrong token is answered
-    Duration linger{2'000};              ///< reading what a refused client still sends, so that it sees the answer
+    Duration wrong_token{250};           ///< delay of the answer to a wrong token
+    Duration linger{2'000};              ///< how long to read what a refused client still sends, before closing
 };
 
 struct HttpOptions {
-    std::string host = "127.0.0.1";           ///< address or name to listen on
-    std::uint16_t port = 8080;                ///< 0: any free port
-    std::string token;                        ///< of every request; empty: none; required unless `host` is loopback
-    std::string command_key;                  ///< without a token: what a `POST /rpc` shows to command; empty: all may
+    std::string host = "127.0.0.1";  ///< address or name to listen on
+    std::uint16_t port = 8080;       ///< 0: any free port
+    std::string token;               ///< every request must carry it; empty: none; required unless `host` is loopback
+    std::string command_key;         ///< without a token: `POST /rpc` must carry it to change anything; empty: need not
     stream::FrameBus* bus = nullptr;          ///< outlives the server
     stream::FrameFetcher* fetcher = nullptr;  ///< outlives the server
     std::vector<std::string> embedders;       ///< origins of pages that may show pictures (asking_page.h)

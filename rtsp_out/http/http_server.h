@@ -28,11 +28,11 @@ public:
     /// The address that is listened on, in numbers: "127.0.0.1", "::1".
     std::string address() const;
     HttpCounts counts() const;
-    /// Opens another port of the same host on which HttpHooks::device answers, for `device`, which its calls are given;
-    /// 0 is any free one. `done` is told the port, or why it cannot be had, on the server's thread.
+    /// Opens another port of the same host for a network camera: requests there go to HttpHooks::device with this name.
+    /// Port 0 is any free one. `done` gets the port, or why it cannot be opened (unavailable), on the server's thread.
     void open_device_port(std::string device, std::uint16_t port, std::function<void(Result<std::uint16_t>)> done);
-    /// Closes the one of that device, in the order of these calls. Its connections go on until they end. `done` is told
-    /// whether there was one, on the server's thread.
+    /// Closes that port, after all calls before this one; its connections go on until they end. `done` gets whether
+    /// there was such a port, on the server's thread.
     void close_device_port(std::string device, std::uint16_t port, std::function<void(bool)> done);
     /// Closes every connection and joins the thread. Twice is fine. Not from a hook.
     void stop();

@@ -5,8 +5,8 @@
 
 namespace camrig::http {
 
-/// The options of an output {kind: "mjpeg"}: of the camera's MJPEG stream over HTTP, which every camera has, where
-/// its reader asks for nothing else.
+/// The options of an output {kind: "mjpeg"}: defaults of the camera's MJPEG stream over HTTP. Every camera has that
+/// stream, with or without such an output, and a reader may ask for another quality.
 struct MjpegOutput {
     int quality = codec::default_jpeg_quality;
 };
@@ -14,7 +14,7 @@ FieldTable<MjpegOutput> fields_of(std::type_identity<MjpegOutput>);
 
 OutputFamily mjpeg_family();
 
-/// What these outputs of a camera say.
+/// The options of the mjpeg output among a camera's outputs; the defaults if there is none.
 MjpegOutput mjpeg_options_of(const std::vector<OutputSpec>& outputs);
 
 }  // namespace camrig::http

@@ -10,11 +10,11 @@
 
 namespace camrig::http {
 
-/// One client's end of a stream: a single slot between the output's worker and the connection.
+/// The sink of one MJPEG client: a single slot between the output's worker and the connection.
 ///
 /// A unit that is not sent yet is replaced by the next one and counted as dropped, so a slow client sees the newest
-/// picture and costs two JPEGs of memory at most. In lockstep the unit's latch is held until its bytes are with the
-/// kernel. Sink side: the output's thread. take() and what follows: the server's thread.
+/// picture and costs two JPEGs of memory at most. In lockstep the unit's latch is held until its bytes are in the
+/// kernel's send buffer. Sink calls: the output's thread. take() and what follows: the server's thread.
 class MjpegSink final : public stream::Sink {
 public:
     /// A unit on its way; whoever has it must hand it to sent() or dropped().
@@ -34,15 +34,19 @@ public:
     void hold_back(const frame::FrameInfo& info) override;
     void reset() override { is_reset_ = true; }
 
+    /// The unit to send next; nullopt: none has come since.
     std::optional<InFlight> take() { return slot_.take(); }
+    /// The subscription is over; what take() still gives is the last.
     bool ended() const { return is_ended_; }
-    /// Of one that has ended: its connection is to break.
+    /// After ended(): a fault wants the TCP connection reset (RST) in place of an orderly end.
     bool is_reset() const { return is_reset_; }
-    /// A fault keeps pictures from the client.
+    /// A fault withholds pictures from the client at present.
     bool is_held_back() const { return is_held_back_; }
+    /// Counts the unit as delivered, and releases its latch.
     void sent(InFlight&& item, std::size_t bytes);
+    /// Counts the unit as dropped, and releases its latch.
     void dropped(InFlight&& item);
-    /// The client is gone: drops what waits and whatever still comes.
+    /// The client is gone: drops the waiting unit and all later ones.
     void abandon();
 
 private:

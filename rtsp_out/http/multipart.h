@@ -17,8 +17,8 @@ inline constexpr std::string_view without_boundary = "\r\n";
 /// The boundary line of a next part is out already: an empty part, then the end.
 inline constexpr std::string_view closing = "\r\n--frame--\r\n";
 
-/// The header fields of a part that says to have so many bytes, with the empty line after them. `camera`: named in
-/// X-Camera unless empty.
+/// The header fields of a part with Content-Length `bytes` (which a fault may make wrong), with the empty line after
+/// them. `camera`: named in X-Camera unless empty.
 std::string part_head(const stream::MediaUnit& unit, std::size_t bytes, std::string_view camera = {});
 
 }  // namespace camrig::http

@@ -42,7 +42,7 @@ public:
 
     /// The head of the answer, also for HEAD.
     static Reply head(Form form);
-    /// Sends until the client or one of the cameras goes.
+    /// Sends until the client disconnects or the stream ends (see above).
     boost::asio::awaitable<void> run(boost::beast::tcp_stream& socket, unsigned http_version, bool embeddable);
 
 private:

@@ -13,7 +13,7 @@
 
 namespace camrig::http {
 
-/// One HTTP answer. The body is `text`, `data` and `pieces`; `keep` owns what `data` shows.
+/// One HTTP answer. The body is `text`, `data` and `pieces`, in that order; `keep` owns what `data` points to.
 struct Reply {
     int status = 200;
     std::string content_type;  ///< empty: the answer has no body
@@ -22,14 +22,14 @@ struct Reply {
     std::span<const std::byte> data;
     std::vector<std::string> pieces;  ///< of the body, after `data`
     std::shared_ptr<const void> keep;
-    bool close = false;       ///< the connection cannot be used further
-    bool embeddable = false;  ///< a page of another origin may show it
+    bool close = false;       ///< close the connection after it
+    bool embeddable = false;  ///< a page of another origin may show it (Cross-Origin-Resource-Policy)
     bool endless = false;     ///< no Content-Length: the body lasts until the connection closes
 
     std::size_t body_bytes() const;
 };
 
-/// The status that tells an error of the rig.
+/// The HTTP status for this kind of error.
 int status_of(ErrorKind kind);
 
 Reply text_reply(std::string content_type, std::string text);
@@ -46,7 +46,7 @@ std::string head_of(const Reply& reply, unsigned version, bool keep_alive);
 /// The fields that say which frame a picture is: X-Sequence, X-World-Time-Ns, X-Monotonic-Ns.
 std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info);
 
-/// An entity tag of a frame: camera (and its life) and sequence.
+/// The entity tag of a frame: camera, its id (another one when it is deleted and made again) and sequence.
 std::string etag_of(const frame::FrameInfo& info);
 
 /// True if an If-None-Match field names this tag.

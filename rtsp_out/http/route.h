@@ -28,12 +28,12 @@ enum class RouteKind : std::uint8_t {
     device
 };
 
-/// A line of the table of what the server has.
+/// A row of the table of paths that the server answers.
 struct HttpPath {
     std::string_view path = "/";  ///< of a camera, what follows /cameras/NAME/
     RouteKind kind = RouteKind::file;
-    bool takes_post = false;                           ///< only; else GET and HEAD
-    bool is_guarded = false;                           ///< web pages of others may not ask for it (asking_page.h)
+    bool takes_post = false;                           ///< POST only; else GET and HEAD only
+    bool is_guarded = false;                           ///< refused to pages of other origins (check_page)
     frame::FrameKind frame = frame::FrameKind::color;  ///< of a camera
     codec::Codec codec = codec::Codec::raw;            ///< of a picture: jpeg or png
     std::string_view url = {};                         ///< of a camera: its name among the `urls` of /cameras
@@ -45,10 +45,10 @@ struct HttpRoute : HttpPath {
     std::string camera;  ///< of camera_paths()
 };
 
-/// Pure. Not found: a path below /cameras/ that names nothing; the error lists what a camera has.
+/// The route of a path. Pure. not_found: a path below /cameras/ that does not exist; the message lists those that do.
 Result<HttpRoute> route_of(std::string_view path);
 
-/// What a port of a network camera has: POST of /onvif/ and what follows, and /cameras/NAME/snapshot.jpg.
+/// The same for ports of network cameras, which have /onvif/... (POST) and /cameras/NAME/snapshot.jpg.
 Result<HttpRoute> device_route_of(std::string_view path);
 
 /// `?fps=` and `?quality=` of a stream.

@@ -11,8 +11,8 @@ namespace camrig::http {
 
 using SendPieces = std::array<boost::asio::const_buffer, 3>;
 
-/// Hands all bytes to the kernel. Fails with boost::beast::error::timeout when the peer takes no byte for
-/// `stalled_after`: slow is allowed, standing still is not. The bytes must outlive the call.
+/// Writes all bytes to the socket. Fails with boost::beast::error::timeout when the peer accepts no byte for
+/// `stalled_after`; a slow peer is no error. The bytes must outlive the call. Server's thread.
 boost::asio::awaitable<boost::beast::error_code> send_all(boost::beast::tcp_stream& stream, SendPieces pieces,
                                                           std::chrono::nanoseconds stalled_after);
 

@@ -34,8 +34,8 @@ struct ServerState {
 
     const HttpOptions options;
     LiveCounts counts;
-    std::atomic<std::uint64_t> camera_changes{0};  ///< of any camera: streams look whether it was theirs
-    /// Pictures being made. Shared, because a fetch may end after the server.
+    std::atomic<std::uint64_t> camera_changes{0};  ///< changes of any camera so far; streams check if it was theirs
+    /// Fetches (pictures, truths) in progress. Shared, because a fetch may end after the server.
     std::shared_ptr<std::atomic<std::size_t>> fetches = std::make_shared<std::atomic<std::size_t>>(0);
     std::map<std::string, std::map<stream::MediaFormat, int>>
         streams_by_format;  ///< camera -> form of its JPEGs -> streams
@@ -44,7 +44,7 @@ struct ServerState {
         options.limits.picture_bytes,
         "too many large pictures are being made or sent at once; read those that are due, try again");
     std::set<HttpConnection*> connections;  ///< open ones
-    std::list<HttpConnection*> waiting;     ///< those without a whole request in work, the longest waiting first
+    std::list<HttpConnection*> waiting;     ///< those whose next request has not arrived whole, longest wait first
     LogPace token_log, accept_log;
     bool stopping = false;
 };

@@ -12,12 +12,12 @@
 
 namespace camrig::http {
 
-/// One camera's pictures for one client: those that the bus brings, and before them the camera's latest due frame,
-/// fetched, so that a reader has a picture even when the world stands still. No picture is given twice, none out of
-/// order. Lives on the server's thread; everything of the client's is gone when it is destroyed.
+/// One camera's pictures for one client: those of its subscription to the bus, and before them the camera's latest due
+/// frame, fetched, so that a client has a picture even when the world stands still. No picture is given twice, none out
+/// of order. Lives on the server's thread. Destroying it ends the subscription.
 class StreamChannel {
 public:
-    /// A picture to send; whoever has it must say so by sent().
+    /// A picture to send; must be handed back to sent().
     struct Picture {
         stream::MediaUnit unit;
         std::optional<MjpegSink::InFlight> item;  ///< absent: it was fetched
@@ -30,12 +30,13 @@ public:
     StreamChannel(const StreamChannel&) = delete;
     StreamChannel& operator=(const StreamChannel&) = delete;
 
-    /// Asks for the latest due frame, unless it is being made.
+    /// Fetches the latest due frame, unless a fetch is under way.
     void fetch();
-    /// What the client has not seen yet; nothing: the event will be set.
+    /// The next picture that the client has not seen; nullopt: none yet, the event is set when there is one.
     std::optional<Picture> next();
+    /// The picture was sent, or sending it failed; counts it accordingly.
     void sent(Picture&& picture, bool failed);
-    /// The camera is gone or has another size: nothing more will come, once next() is empty.
+    /// The camera was deleted or has another size: once next() is empty, nothing more comes.
     bool ended() const { return sink_->ended(); }
     bool is_held_back() const { return sink_->is_held_back(); }
     bool is_reset() const { return sink_->is_reset(); }

@@ -10,7 +10,7 @@
 
 namespace camrig::rtsp {
 
-/// What stands between a client's bytes and the RTSP library, for one connection. Server thread.
+/// The checks that one connection's input passes before the RTSP library reads it. Server thread.
 struct ConnectionGuard {
     ConnectionGuard(const RequestBounds& of_requests, std::shared_ptr<GTlsCertificate> own)
         : bounds(of_requests), certificate(std::move(own)) {}
@@ -20,8 +20,9 @@ struct ConnectionGuard {
 };
 using ConnectionGuardRef = std::shared_ptr<ConnectionGuard>;
 
-/// From here on what is read through a GTcpConnection made of this socket passes its guard first, decrypted where there
-/// is a certificate: the reader sees the end of the stream where a bound is broken. What is written goes straight on.
+/// From this call on, what is read through a GTcpConnection made of this socket is decrypted, where there is a
+/// certificate, and checked by the guard: the reader sees end of stream where a bound is broken. What is written is not
+/// checked.
 ///
 /// gst-rtsp-server (1.22 and 1.26) bounds neither a request's head nor the time it takes to come, and offers no place
 /// to look at a request before it is whole: it makes a GTcpConnection of the socket itself and reads that. So for
@@ -31,7 +32,7 @@ using ConnectionGuardRef = std::shared_ptr<ConnectionGuard>;
 /// (GLib 2.74 to 2.84).
 void guard_socket(GSocket* socket, ConnectionGuardRef guard);
 
-/// Null: none.
+/// The guard of this socket; null: it has none.
 ConnectionGuardRef guard_of(GSocket* socket);
 
 }  // namespace camrig::rtsp

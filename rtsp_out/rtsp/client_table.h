@@ -20,14 +20,14 @@
 
 namespace camrig::rtsp {
 
-/// The RTSP connections: who may come in, what each has asked for, how they are tuned, and how they end. A stranger is
-/// a client that has not shown yet that it may read.
+/// The RTSP connections: limits on their number, their socket options, the paths that each has requested, and closing
+/// them. A stranger is a client that has not authenticated yet or, where no token is set, has set up no stream yet.
 ///
-/// A client that cannot be served gets its status with a reason of our own ("415 RTP carries JPEG of ..."), which is
-/// what programs show to their users. Server thread for every call but counts().
+/// A client that cannot be served gets its status with a reason phrase of our own ("415 RTP carries JPEG of ..."),
+/// which is what programs show to their users. Server thread for every call but counts().
 class ClientTable {
 public:
-    /// Why a path cannot be had by who asks from this address; no error when it can.
+    /// Whether a client at this address may have this path; the error says why not.
     using Refusal = std::function<Result<void>(const std::string& path, const std::string& address)>;
 
     ClientTable(const RtspLimits& limits, Refusal refusal) : limits_(limits), refusal_(std::move(refusal)) {}
@@ -35,23 +35,25 @@ public:
     ClientTable(const ClientTable&) = delete;
     ClientTable& operator=(const ClientTable&) = delete;
 
-    /// May a connection from here come in? A stranger may have to go for it (RtspLimits).
+    /// Whether another connection from this address may be accepted. Closes the oldest stranger if that makes the room
+    /// (RtspLimits).
     bool make_room(const std::string& address);
-    /// Lets the stranger go who has been there longest, if there is one.
+    /// Closes the oldest stranger, if there is one.
     void shed();
-    /// Has this address tried too many wrong tokens?
+    /// Whether this address has sent too many wrong tokens (FailedLogins).
     bool must_wait(const std::string& address) const;
-    /// A connection was taken in, on a guarded socket.
+    /// Adds a client that was accepted, on a guarded socket (guard_socket).
     void add(GstRTSPClient* client);
-    /// Ends the connections of strangers who say nothing and of requests that do not come to their end: now and then.
+    /// Closes strangers that have been silent, and clients whose request takes too long to arrive (RtspLimits). To be
+    /// called at least once a second.
     void close_idle(TimeNs monotonic_ns);
-    /// Lets go of clients that have gone, a while after: now and then.
+    /// Releases the references to clients that were closed some time ago. To be called at least once a second.
     ///
-    /// Sending threads use a client without a reference to it, and ask our thread to close it when they cannot send
-    /// (GStreamer 1.22 to 1.26, do_send_data in rtsp-client.c). That takes microseconds; only a thread that was
-    /// interrupted in the middle is late.
+    /// Why not at once: sending threads use a client without a reference to it, and ask our thread to close it when
+    /// they cannot send (GStreamer 1.22 to 1.26, do_send_data in rtsp-client.c). That takes microseconds; only a thread
+    /// that was interrupted in the middle is late.
     void let_go(TimeNs monotonic_ns);
-    /// Those who have asked for this path or what lies under it.
+    /// The clients that have requested this path or one below it.
     std::vector<GObjectHandle<GstRTSPClient>> clients_of(const std::string& path) const;
     std::vector<GObjectHandle<GstRTSPClient>> all() const;
     /// Any thread.
@@ -98,7 +100,7 @@ private:
     ThreadCheck thread_;
 };
 
-/// Its connection ends with RST, and what waits to be sent is not (socket(7), SO_LINGER).
+/// When this client is closed, its connection ends with RST and unsent data is discarded (socket(7), SO_LINGER).
 void break_when_closed(GstRTSPClient* client);
 
 /// Closes a connection from the main loop, not from inside one of its callbacks.

@@ -8,11 +8,11 @@
 
 namespace camrig::rtsp {
 
-/// Which addresses have guessed wrong lately. Plain arithmetic, bounded memory.
+/// Counts failed authentications per client address, to slow down guessing. Plain arithmetic, bounded memory.
 class FailedLogins {
 public:
-    static constexpr int free_failures = 5;  ///< in `memory_ns`: typing errors
-    static constexpr TimeNs memory_ns = 60 * ns_per_s;
+    static constexpr int free_failures = 5;             ///< so many do not count: typing errors
+    static constexpr TimeNs memory_ns = 60 * ns_per_s;  ///< an address starts anew after so long without a failure
     static constexpr std::size_t max_addresses = 1024;
 
     void add(const std::string& address, TimeNs now_ns) {
@@ -22,7 +22,7 @@ public:
         ++of_address.count;
         of_address.last_ns = now_ns;
     }
-    /// Are new connections of this address to wait before they are read?
+    /// Whether new connections of this address are to be left unread for a while (RtspListener::wait_ns).
     bool must_wait(const std::string& address, TimeNs now_ns) const {
         const auto found = failures_.find(address);
         return found != failures_.end() && found->second.count > free_failures &&
@@ -34,7 +34,7 @@ private:
         int count = 0;
         TimeNs last_ns = 0;
     };
-    /// The old ones, or all: whoever has so many addresses is not slowed by them.
+    /// Forgets old entries, or all where none is old: an attacker with so many addresses is not slowed anyway.
     void forget(TimeNs now_ns) {
         std::erase_if(failures_, [&](const auto& known) { return now_ns - known.second.last_ns > memory_ns; });
         if (failures_.size() >= max_addresses) failures_.clear();

@@ -11,7 +11,7 @@
 
 namespace camrig::rtsp {
 
-/// When and what a picture of an H.264 or H.265 stream shows.
+/// Which frame a picture of an H.264 or H.265 stream is, and the instant that it shows.
 struct FrameTimes {
     std::int64_t sequence = 0;
     TimeNs world_ns = 0;

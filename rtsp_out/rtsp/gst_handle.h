@@ -23,7 +23,7 @@ struct GstBufferUnref {
 };
 using GstBufferHandle = std::unique_ptr<GstBuffer, GstBufferUnref>;
 
-/// Finds a GObject as long as others keep it alive. Any thread.
+/// A weak reference to a GObject; lock() gives null once it is gone. Any thread.
 class GObjectWeak {
 public:
     explicit GObjectWeak(void* object) { g_weak_ref_init(&reference_, object); }

@@ -13,20 +13,20 @@
 
 namespace camrig::rtsp {
 
-/// Takes connections in for an RTSP server, at a pace that the process can stand.
+/// Accepts TCP connections for an RTSP server, and pauses while the process is short of file descriptors.
 ///
-/// gst-rtsp-server's accept loop busy-waits without descriptors. Here accepting pauses as long as they are short
-/// (core/base/descriptors.h); what waits meanwhile waits in the kernel. Server thread, but for create().
+/// gst-rtsp-server's own accept loop busy-waits without descriptors. During a pause (core/base/descriptors.h) new
+/// connections wait in the kernel's backlog. Server thread, but for create().
 class RtspListener {
 public:
     static constexpr TimeNs wait_ns = ns_per_s;     ///< how long a throttled connection is left unread
     static constexpr std::size_t max_waiting = 64;  ///< of those; the oldest is closed for one more
 
     struct Hooks {
-        std::function<bool(const std::string& address)> admit;      ///< no: it is closed
-        std::function<void()> shed;                                 ///< descriptors are short: let somebody go
+        std::function<bool(const std::string& address)> admit;      ///< false: the connection is closed
+        std::function<void()> shed;                                 ///< descriptors are short: close some connection
         std::function<bool(const std::string& address)> must_wait;  ///< its address is throttled after failed logins
-        std::function<void(GSocket* socket)> prepare;               ///< before the server has it
+        std::function<void(GSocket* socket)> prepare;               ///< called before the server gets the socket
     };
 
     static Result<std::unique_ptr<RtspListener>> create(GstRTSPServer* server, TcpListener listener, Hooks hooks);
@@ -39,7 +39,8 @@ public:
     const std::string& address() const { return address_; }
     void start(GMainContext* context);
     void stop();
-    /// Now and then: lets those in who have waited, and tries again after a pause.
+    /// Hands over throttled connections whose time is up, and resumes accepting after a pause. To be called at least
+    /// once a second.
     void look_after(TimeNs now_ns);
 
 private:

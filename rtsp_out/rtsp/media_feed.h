@@ -15,17 +15,17 @@
 
 namespace camrig::rtsp {
 
-/// Brings a camera's pictures into the pipeline of one RTSP stream, from the moment the pipeline runs until it ends.
+/// Feeds a camera's pictures into the pipeline of one RTSP stream, from the moment the pipeline runs until it ends.
 ///
 /// The pipeline begins with an appsrc named "src" that keeps the newest two pictures and ends with a payloader named
 /// "pay0"; between them "enc" encodes, or nothing when the pictures are JPEG already. PictureStamps says what each is
 /// stamped with, and when the last one is sent again.
 ///
-/// A picture on its way holds its latch until the last byte of it has been written to the last client: the hold lives
+/// A picture holds its latch (lockstep) until the last byte of it has been written to the last client: the hold lives
 /// as long as the memory of the encoded picture, which every RTP packet refers to.
 ///
-/// Threads: Sink calls come from the bus; the pipeline's streaming thread calls in through the appsrc and a probe; all
-/// else is the server's.
+/// Threads: Sink calls come from the output's thread; the pipeline's streaming thread calls in through the appsrc and a
+/// probe; all else is the server's.
 class MediaFeed final : public stream::Sink, public std::enable_shared_from_this<MediaFeed> {
 public:
     struct Options {
@@ -49,28 +49,28 @@ public:
     RtpTimeline::SenderTime sender_time(TimeNs now_ns);
     const std::string& path() const { return options_.path; }
 
-    /// How its pictures are packed; none: as JPEG.
+    /// The codec of its NAL units; nullopt: the stream is JPEG.
     std::optional<NalCodec> nal_codec() const;
 
-    /// A client plays now, and is sent what comes: the next picture is a key frame, one comes at once if the world
-    /// stands still, and from here on pictures hold their latch.
+    /// A client has begun to play (RTSP PLAY): requests a key frame, sends the last picture again if none is due soon,
+    /// and makes pictures hold their latch from here on.
     void client_plays();
-    /// The connection of a client that plays by TCP.
+    /// Adds the connection of a client that plays over TCP.
     void add_tcp_reader(GSocket* socket) { tcp_readers_.add(socket); }
-    /// May packets go on to the TCP readers? No while every one of them is stuck: they would hold the pipeline, and UDP
-    /// readers with it. In lockstep always: there the step waits. Streaming thread.
+    /// Whether packets may be sent to the TCP clients. Not while the socket of every one of them is full: that would
+    /// block the pipeline, and its UDP clients too. In lockstep always: there the step waits. Streaming thread.
     bool tcp_readers_take();
     /// Pictures come with latches. Any thread.
     bool is_lockstep();
-    /// To be called ten times a second.
+    /// Sends the last picture again if that is due (PictureStamps). To be called ten times a second.
     void repeat_if_idle(TimeNs now_ns);
-    /// No more pictures: the stream ends for its clients (end of stream, RTCP BYE).
+    /// Ends the stream for its clients (end of stream, RTCP BYE): the camera was deleted or changed.
     void end();
-    /// It ended so long ago that its clients have read so. Any thread.
+    /// Whether end() is so long ago that clients have received it. Any thread.
     bool has_ended(TimeNs now_ns) const;
-    /// Its clients' connections are to break: they are told of no end. Any thread.
+    /// A fault wants the clients' connections reset, without an orderly end. Any thread.
     bool is_reset() const { return is_reset_; }
-    /// The pipeline is going. Nothing comes in any more, and nothing is asked for.
+    /// The pipeline is being shut down: ends the subscription, and touches the pipeline no more.
     void stop();
 
     Result<void> open(const stream::StreamInfo& info) override;
@@ -85,7 +85,7 @@ private:
     void first_picture(Result<stream::MediaUnit> unit);
     void keep(const stream::MediaUnit& unit);
     void push(const stream::MediaUnit& unit, TimeNs stamp_ns, std::shared_ptr<PendingPicture> pending);
-    /// RTP goes on as another source, if a fault says so at this picture. With the mutex held.
+    /// Changes the stream's SSRC, if a fault says so at this picture. With the mutex held.
     void follow_ssrc();
 
     static void on_need_data(GstElement* source, unsigned bytes, void* feed);

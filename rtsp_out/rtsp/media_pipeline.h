@@ -8,17 +8,18 @@
 
 namespace camrig::rtsp {
 
-/// What the pipeline asks on its streaming threads before packets go to the readers.
+/// What the pipeline needs to know when it sends. Called on its streaming threads.
 struct PipelineQuestions {
     std::function<bool()> tcp_readers_take;  ///< false: RTP packets to TCP clients are dropped
-    std::function<bool()> is_lockstep;       ///< yes: nothing may keep a picture once it is sent
-    std::function<RtpTimeline::SenderTime(TimeNs now_ns)> sender_time;  ///< for a report that goes now
+    std::function<bool()> is_lockstep;       ///< true: no element may keep a picture once it is sent
+    std::function<RtpTimeline::SenderTime(TimeNs now_ns)> sender_time;  ///< of an RTCP sender report made now
 };
 
-/// Sets a media's pipeline up before it runs: CLOCK_MONOTONIC from base_ns on is its time, no sink waits or keeps
-/// pictures, a stuck client holds nobody up, and sender reports come early and say what they are told to.
+/// Configures a media's pipeline before it runs: its clock is CLOCK_MONOTONIC with base time base_ns, sinks neither
+/// synchronise to it nor keep the last sample, blocked TCP clients do not block it, and RTCP sender reports
+/// come every 0.1 to 0.3 s with the times of `sender_time`.
 ///
-/// gst-rtsp-server makes most of the elements later; they are caught as they are added.
+/// gst-rtsp-server makes most of the elements later; they are configured as they are added.
 void set_up_media_pipeline(GstPipeline* pipeline, TimeNs base_ns, PipelineQuestions questions);
 
 }  // namespace camrig::rtsp

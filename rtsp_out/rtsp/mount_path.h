@@ -5,7 +5,8 @@
 
 namespace camrig::rtsp {
 
-/// "/lobby/mjpeg" of "/lobby/mjpeg/stream=0" and "/lobby/mjpeg/".
+/// The mount point of a request's URL path, which may name a stream of it (SETUP): "/lobby/mjpeg" for
+/// "/lobby/mjpeg/stream=0" and "/lobby/mjpeg/".
 inline std::string mount_path_of(std::string_view url_path) {
     if (const auto stream = url_path.find("/stream="); stream != std::string_view::npos)
         url_path = url_path.substr(0, stream);

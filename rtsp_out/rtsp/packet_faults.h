@@ -10,21 +10,22 @@
 
 namespace camrig::rtsp {
 
-/// What becomes of the RTP packets of one stream on their way, when its camera fails: some are lost, some come later
-/// than those behind them, a slow line carries only so many. A picture holds a step in lockstep for as long as packets
-/// refer to it; so what others overtake goes with the last of its picture, and of what is delayed beyond that a copy is
-/// kept: the step is over, and the copy goes with a packet of a later picture.
+/// Network faults on the RTP packets of one stream: loss, reordering, delay, and a line of limited bit rate.
+///
+/// In lockstep a step waits until no packet refers to the picture's memory. So a reordered packet is sent with the last
+/// packet of its picture at the latest, and of a packet that is delayed beyond that a copy is kept, which is sent with
+/// a packet of a later picture.
 ///
 /// Thread: the pipeline's streaming thread.
 class PacketFaults {
 public:
-    static constexpr std::size_t max_held = 128;      ///< packets that others overtake at a time
-    static constexpr std::size_t max_delayed = 4096;  ///< on their way; what comes beyond that is not delayed
+    static constexpr std::size_t max_held = 128;      ///< packets kept back for reordering at a time
+    static constexpr std::size_t max_delayed = 4096;  ///< delayed packets at a time; further ones are not delayed
 
-    /// Sends this one, or not, and those that it was to overtake; in the order in which they go. `faults`: of the
-    /// newest picture; null: none.
+    /// One packet comes in; those to be sent now, in this order, are appended to `sent`: this one, unless it is lost or
+    /// kept back, and earlier ones whose time has come. `faults`: of the newest picture; null: none.
     void pass(GstBufferHandle packet, const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);
-    /// The same for the packet, or list of packets, that a probe of `pad` sees: puts what goes on in its place.
+    /// The same for the packet or packet list that a probe of `pad` sees: replaces it by what is to be sent.
     GstPadProbeReturn replace(GstPad* pad, GstPadProbeInfo* info, const fault::FrameFaults* faults);
 
 private:

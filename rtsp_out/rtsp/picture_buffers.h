@@ -6,10 +6,10 @@
 #include "core/stream/sink.h"
 #include "rtsp_out/rtsp/gst_handle.h"
 
-/// Pictures as GStreamer's buffers, whose memory they stay.
+/// Pictures as GStreamer buffers, without a copy.
 namespace camrig::rtsp {
 
-/// Memory of ours as a buffer, which keeps `keeper` for as long as anybody has a reference to it.
+/// A read-only buffer around this memory; it owns `keeper`, which keeps the memory alive.
 template <typename T>
 GstBufferHandle wrapped(const void* data, std::size_t size, T keeper) {
     auto* const kept = new T(std::move(keeper));
@@ -17,7 +17,7 @@ GstBufferHandle wrapped(const void* data, std::size_t size, T keeper) {
                                                        kept, [](void* pointer) { delete static_cast<T*>(pointer); }));
 }
 
-/// What an appsrc is to know of the pictures of a stream.
+/// The caps of an appsrc for pictures of this format: image/jpeg, or video/x-raw.
 GstCapsHandle caps_of(const stream::MediaFormat& format, ImageSize size, const Rate& rate);
 
 /// A picture of this format as it goes into the pipeline: JPEG, or the first `shown` columns and rows of YUV planes.

@@ -6,12 +6,13 @@
 
 namespace camrig::rtsp {
 
-/// The stamps of one stream's pictures, CLOCK_MONOTONIC, and when its last picture is to be sent again.
+/// The timestamps of one stream's pictures, in CLOCK_MONOTONIC, and when its last picture is to be sent again.
 ///
-/// A picture is stamped with its instant; stamps strictly rise. When nothing new comes for a second the last picture is
-/// sent again, for a new client ten times a second, so that clients open at once and stay while the world stands still.
-/// That is stamped in the past, by more than the last picture was late, so that the next one still comes after it with
-/// its own instant; one that does not is left out, for a client that pairs streams by time would take it for another.
+/// A picture's timestamp is its instant; timestamps strictly increase. When nothing new comes for a second the last
+/// picture is sent again, for a new client ten times a second, so that clients open at once and do not time out while
+/// the world stands still. A repeat's timestamp lies in the past, by more than the last picture was late, so that the
+/// next picture can have its own instant. If it still cannot, it is left out: with another timestamp, a client that
+/// pairs the pictures of streams by time would pair it wrongly.
 ///
 /// Plain arithmetic, reads no clock. One thread at a time.
 class PictureStamps {
@@ -19,13 +20,14 @@ public:
     /// No stamp is before `base_ns`.
     explicit PictureStamps(TimeNs base_ns) : base_ns_(base_ns) {}
 
-    /// Of the picture that the stream begins with: its instant, or if that is before the base, a repeat's.
+    /// For the stream's first picture: its instant, or a repeat's timestamp if the instant is before base_ns.
     TimeNs of_first(TimeNs instant_ns, TimeNs now_ns);
-    /// Of a new picture that comes now; nothing: leave it out. With `must_be_sent` (lockstep) it has the next tick.
+    /// For a new picture that comes now; nullopt: leave it out. With `must_be_sent` (lockstep) it gets the next
+    /// possible timestamp in that case.
     std::optional<TimeNs> of_new(TimeNs instant_ns, TimeNs now_ns, bool must_be_sent);
-    /// Of the last picture, if it is to be sent again now.
+    /// For the last picture, if it is to be sent again now.
     std::optional<TimeNs> of_repeat(TimeNs now_ns);
-    /// The same for a client that has just come, if it would have to wait for its first picture.
+    /// The same when a client joins: for the last picture, if the client would have to wait for its first one.
     std::optional<TimeNs> of_join(TimeNs now_ns);
 
 private:

@@ -11,8 +11,8 @@
 
 namespace camrig::rtsp {
 
-/// One picture that a reader is to be sent. Counts it when nobody refers to it any more, delivered or, if it never left
-/// the encoder, dropped; and lets go of its latch.
+/// Delivery accounting of one picture. The destructor, when no RTP packet refers to the picture any more, counts it as
+/// delivered or, if it never left the encoder, as dropped, and releases its latch.
 struct PendingPicture {
     frame::FrameInfo info;
     std::shared_ptr<stream::ReaderStats> stats;
@@ -28,7 +28,7 @@ struct PictureOnWay {
     FrameTimes times;
     codec::BytesRef bytes;                             ///< JPEG only
     std::shared_ptr<const fault::FrameFaults> faults;  ///< of the picture
-    std::shared_ptr<PendingPicture> pending;           ///< null: it was sent before, or by nobody's wish
+    std::shared_ptr<PendingPicture> pending;           ///< null: not counted, a repeat or a stream's first picture
 };
 
 /// The pictures between the appsrc of a stream and its payloader, in the order of their stamps. Any thread.
@@ -38,7 +38,7 @@ public:
     static constexpr std::size_t most = 16;
 
     void add(PictureOnWay picture);
-    /// The picture of this stream time. What went in before it and did not come out was dropped.
+    /// Removes and returns the picture with this PTS. Earlier ones, which the encoder has dropped, are removed too.
     std::optional<PictureOnWay> take(TimeNs pts);
     void clear();
 
@@ -47,9 +47,9 @@ private:
     std::deque<PictureOnWay> pictures_;
 };
 
-/// What goes on in place of an encoded picture, which came to `pad`: its bytes, as faults leave them and with its times
-/// inside unless it is JPEG, in memory that keeps its PendingPicture. Null, and the picture as it is, if none of those
-/// on their way has its stamp.
+/// The buffer to pass on in place of an encoded picture, which came to `pad`: its bytes, damaged by faults and with a
+/// frame times SEI unless it is JPEG, in memory that owns its PendingPicture. Null: pass `encoded` on unchanged, for no
+/// picture in `on_way` has its PTS.
 GstBufferHandle sent_in_place_of(GstBuffer* encoded, GstPad* pad, NalCodec codec, PicturesOnWay& on_way);
 
 }  // namespace camrig::rtsp

@@ -2,13 +2,13 @@
 
 #include <gst/gst.h>
 
-/// What the elements of a stream's pipeline are asked for while it runs. Any thread.
+/// Requests to the elements of a running pipeline. Any thread.
 namespace camrig::rtsp {
 
-/// The next picture of an encoder is a key frame. Null: nothing, for each JPEG is one.
+/// Makes the encoder's next picture a key frame. Null (JPEG): does nothing.
 void request_key_frame(GstElement* encoder);
 
-/// RTP goes on as another source: a payloader draws itself another SSRC.
+/// Makes the payloader go on with another, random SSRC.
 void change_ssrc(GstElement* payloader);
 
 }  // namespace camrig::rtsp

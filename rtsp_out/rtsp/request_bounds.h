@@ -9,7 +9,7 @@
 
 namespace camrig::rtsp {
 
-/// What a client may send. A request of a stock client is a few hundred bytes in some ten lines.
+/// Limits on what a client may send. A request of a stock client is a few hundred bytes in some ten lines.
 struct RequestLimits {
     std::size_t line_bytes = 2048;
     std::size_t head_bytes = 8192;  ///< request line and header lines, with empty lines before them
@@ -19,7 +19,7 @@ struct RequestLimits {
     int messages_per_s = 100;
 };
 
-/// Reads along with what one client sends (RFC 2326 requests and interleaved packets) and says when it breaks a bound.
+/// Checks one client's bytes (RFC 2326 requests and interleaved packets) against RequestLimits and the grammar.
 ///
 /// The RTSP library reads the same bytes after it. What the library could understand in another way is refused, so that
 /// both always agree on where a message ends: lines that end in anything but CR LF, folded lines, control characters, a
@@ -29,11 +29,11 @@ class RequestBounds {
 public:
     explicit RequestBounds(const RequestLimits& limits = {}) : limits_(limits) {}
 
-    /// Bytes as they come. invalid_argument: the bound or rule that is broken, for the log; call no more then.
+    /// Checks the next bytes. invalid_argument: names the limit or rule that is broken; not to be called afterwards.
     Result<void> take(std::string_view bytes, TimeNs monotonic_ns);
     /// From now on the client may send interleaved packets: a stream over its connection has been set up.
     void allow_data() { may_send_data_ = true; }
-    /// When the message that is on its way began; 0: none is.
+    /// When the first byte of a message came that is not complete yet; 0: there is none.
     TimeNs message_began_ns() const { return began_ns_; }
 
 private:

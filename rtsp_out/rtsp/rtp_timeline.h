@@ -8,15 +8,14 @@
 
 namespace camrig::rtsp {
 
-/// CLOCK_REALTIME minus CLOCK_MONOTONIC, one value for all streams of a rig: two streams that give an instant as
-/// absolute time give the same number.
+/// CLOCK_REALTIME minus CLOCK_MONOTONIC, one value for all streams of a rig, so that all of them give an instant the
+/// same absolute time.
 ///
 /// Measured once, and again only when the real time clock was set (by more than a tenth of a second): streams that are
-/// made from then on have the new value, the others keep theirs until they end. Any thread after construction is fine
-/// for copies; current() is for one thread.
+/// made from then on have the new value, the others keep theirs until they end. One thread.
 class WallOffset {
 public:
-    /// `measure` tells the difference of the clocks as it is now; of this machine by default.
+    /// `measure` gives the present difference of the clocks; by default this machine's.
     explicit WallOffset(std::function<TimeNs()> measure = measured)
         : measure_(std::move(measure)), offset_ns_(measure_()) {}
     TimeNs current();
@@ -28,23 +27,23 @@ private:
     TimeNs offset_ns_;
 };
 
-/// What the clock of a stream's camera says now, against the true time.
+/// By how much the simulated clocks of a stream's camera are wrong now (shown minus true time).
 struct StreamClock {
-    TimeNs rtp_error_ns = 0;  ///< of the clock that counts RTP time
-    TimeNs ntp_error_ns = 0;  ///< of the time of day in sender reports
+    TimeNs rtp_error_ns = 0;  ///< of the clock that counts RTP timestamps
+    TimeNs ntp_error_ns = 0;  ///< of the wall clock in sender reports
 };
 
-/// What RTP and RTCP say of time, for one stream.
+/// The RTP and NTP timestamps of one stream (RFC 3550, 5.1 and 6.4.1).
 ///
-/// RTP time is counted on one grid for all streams of the machine: tick k is at CLOCK_MONOTONIC k / 90000 s, whatever
-/// the stream, for base_ns is a whole second. An instant has the time of the last tick before it. A sender report names
-/// a tick and its exact absolute time, so capture times that clients compute from stamps and reports of several streams
-/// agree to the nanosecond (RFC 3550, 6.4.1). Plain arithmetic, reads no clock.
+/// RTP timestamps of all streams of the machine count on one grid: tick k is at CLOCK_MONOTONIC k / 90000 s, for
+/// base_ns is a whole second. An instant has the timestamp of the last tick before it. A sender report pairs a tick
+/// with its exact absolute time, so capture times that clients compute from RTP timestamps and reports of several
+/// streams agree to the nanosecond. Plain arithmetic, reads no clock.
 class RtpTimeline {
 public:
     static constexpr std::int64_t ticks_per_s = 90'000;
 
-    /// A stream that begins at now_ns; rtp_offset is the random start of its RTP stamps (RFC 3550, 5.1).
+    /// A stream that begins at now_ns; rtp_offset is the random start of its RTP timestamps (RFC 3550, 5.1).
     RtpTimeline(TimeNs now_ns, std::uint32_t rtp_offset, TimeNs wall_offset_ns);
 
     std::uint32_t rtp_offset() const { return rtp_offset_; }

@@ -8,12 +8,11 @@
 
 namespace camrig::rtsp {
 
-/// Who may talk to the server: nobody is asked without a token; with one, every request of every method needs digest
-/// authentication (RFC 2617) as user "camrig" with the token as password, and answers 401 without it. Null without a
-/// token.
+/// Authentication for the server: with a token, every request of every method needs digest authentication (RFC 2617)
+/// as user "camrig" with the token as password, else it is answered with 401. Without a token null: no authentication.
 GObjectHandle<GstRTSPAuth> create_rtsp_auth(const RtspOptions& options);
 
-/// What makes all connections TLS; null where none is given.
+/// The server's TLS certificate with its key; null if the options name none. invalid_argument: it cannot be loaded.
 Result<GObjectHandle<GTlsCertificate>> load_rtsp_certificate(const RtspOptions& options);
 
 }  // namespace camrig::rtsp

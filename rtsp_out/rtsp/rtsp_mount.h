@@ -13,15 +13,14 @@
 
 namespace camrig::rtsp {
 
-/// One path of the server, "/NAME", "/NAME/sub" or "/NAME/mjpeg": makes the stream when somebody comes, shares it among
-/// all who come, and lets it go when the last one left.
+/// One mount point of the server, "/NAME", "/NAME/sub" or "/NAME/mjpeg": makes the pipeline (media) for the first
+/// client, shares it among all clients, and ends it after the last one.
 ///
-/// A mount never changes: when its camera does, it is ended and another one takes its place. Server thread; what the
-/// media's own thread calls is guarded.
+/// A mount never changes: when its camera does, it is replaced by another one. Server thread; what the media's own
+/// thread calls is guarded.
 class RtspMount {
 public:
-    /// How the mount of this one of the camera's streams is to be. unsupported: the camera's pictures do
-    /// not fit the format, or nothing is there to encode them; the message names what works.
+    /// Everything that defines a mount; when it differs from the present one, the mount is replaced.
     struct Plan {
         std::string path;
         std::string launch;
@@ -34,10 +33,12 @@ public:
                    a.settings.size == b.settings.size && a.settings.rate == b.settings.rate;
         }
     };
+    /// The plan for one of a camera's streams. unsupported: RTP cannot carry pictures of this format and size, or there
+    /// is no encoder; the message names what works.
     static Result<Plan> plan(const StreamSettings& stream, const stream::CameraStream& camera,
                              const RtspOptions& options);
 
-    /// `addresses`: where it may send from by UDP, and the groups it may send to.
+    /// `addresses`: the pool of local UDP addresses and multicast groups.
     RtspMount(Plan plan, const RtspOptions& options, GstRTSPMountPoints* mounts,
               GObjectHandle<GstRTSPAddressPool> addresses, WallOffset* wall);
     ~RtspMount();
@@ -45,9 +46,9 @@ public:
     RtspMount& operator=(const RtspMount&) = delete;
 
     const Plan& plan() const { return plan_; }
-    /// The stream while there is one.
+    /// The feeds of its running pipelines; empty while no client is there.
     std::vector<std::shared_ptr<MediaFeed>> feeds() const;
-    /// The feed of a media that a mount made, or null.
+    /// The feed of a media that an RtspMount made; null for others.
     static std::shared_ptr<MediaFeed> feed_of(GstRTSPMedia* media);
 
 private:

@@ -15,13 +15,13 @@ namespace camrig::rtsp {
 /// Bounds. The defaults are the product's; tests shorten them.
 struct RtspLimits {
     std::size_t connections = 512;
-    /// Of these, from those who have shown nothing: no token where one is asked for, no stream set up where none is.
-    /// The one that has been there longest makes room for a new one.
+    /// Most connections of strangers among these: clients that have not authenticated or, where no token is set, have
+    /// set up no stream. The oldest one is closed for a new one.
     std::size_t strangers = 256;
     std::size_t strangers_per_address = 128;
-    int stranger_quiet_ms = 10'000;  ///< a stranger is closed so long after its connection or its last good request
-    int request_ms = 10'000;         ///< a request that takes longer to come ends its connection
-    int wrong_tokens = 3;            ///< so many on one connection close it
+    int stranger_quiet_ms = 10'000;  ///< a stranger is closed so long after connecting or its last good request
+    int request_ms = 10'000;         ///< a client whose request takes longer to arrive is closed
+    int wrong_tokens = 3;            ///< a client that has sent so many on one connection is closed
     RequestLimits requests;
     int send_buffer_bytes = 256 * 1024;       ///< the kernel's, per connection
     int stalled_after_ms = 6'000;             ///< a TCP client that takes no byte for so long is closed

@@ -40,7 +40,7 @@ OutputFamily rtsp_family();
 /// What follows a camera's name in the URL of that stream: "", "/sub" or "/mjpeg".
 std::string_view path_ending(const RtspOutput& output);
 
-/// A stream of a camera, with nothing left open.
+/// One stream of a camera, with all defaults filled in.
 struct StreamSettings {
     RtspOutput options = {};
     ImageSize size = {};
@@ -50,7 +50,7 @@ struct StreamSettings {
 /// The three streams of a camera of this size and rate that has these outputs: main, sub, mjpeg. Pure.
 std::vector<StreamSettings> streams_of(const std::vector<OutputSpec>& outputs, ImageSize size, const Rate& rate);
 
-/// By RTP: JPEG has sizes that it cannot be sent in.
+/// Whether RTP can carry the stream. JPEG only in sizes of multiples of 8 up to 2040 (RFC 2435).
 bool can_be_carried(const StreamSettings& stream);
 
 /// 0.15 bits per pixel, at least 200 kbit/s: 1.2 Mbit/s for 640x480 at 25, 7.8 Mbit/s for 1920x1080 at 25.

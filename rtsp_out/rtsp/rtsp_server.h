@@ -12,8 +12,9 @@ namespace camrig::rtsp {
 /// Every camera as a network camera: rtsp://HOST:PORT/NAME (H.264 or H.265), /NAME/sub and /NAME/mjpeg, by UDP, TCP and
 /// multicast.
 ///
-/// gst-rtsp-server speaks the protocol on one thread with a main loop of its own; each stream that is watched has a
-/// pipeline with its own threads. Cameras that come, change or go are taken up by themselves.
+/// gst-rtsp-server implements the protocol, on one thread with a GLib main loop of its own; each stream with clients
+/// has a pipeline with its own threads. Cameras that are added, changed or deleted are noticed through the bus. Calls
+/// from any thread.
 class RtspServer {
 public:
     /// invalid_argument: a host that needs a token, a bad certificate. unavailable: the port is taken.

@@ -7,17 +7,17 @@
 
 namespace camrig::rtsp {
 
-/// The stream times (PTS) of a stream's pictures and what its sender reports say, by the clock of its camera, which may
-/// run wrong, be given or taken away. Stream times strictly rise, by a tick of RTP's clock at least.
+/// The PTS of a stream's pictures and the times in its RTCP sender reports, by the simulated clock of its camera, which
+/// may run wrong and may be added or removed at any time. PTS strictly increase, by at least a tick of the RTP clock.
 ///
 /// Plain arithmetic, reads no clock. One thread at a time.
 class StreamTimes {
 public:
     explicit StreamTimes(const RtpTimeline& timeline) : timeline_(timeline) {}
 
-    /// Of the next picture; stamp_ns: CLOCK_MONOTONIC, of PictureStamps.
+    /// The PTS of the next picture; stamp_ns: its timestamp by PictureStamps, CLOCK_MONOTONIC.
     TimeNs next_pts(const frame::FrameInfo& info, TimeNs stamp_ns);
-    /// What a sender report that goes now says.
+    /// The times of a sender report made now.
     RtpTimeline::SenderTime sender_time(TimeNs now_ns) const { return timeline_.sender_time(now_ns, clock_); }
 
 private:

@@ -12,10 +12,10 @@ namespace camrig::rtsp {
 /// The connections over which clients read one stream by TCP. Any thread.
 class TcpReaders {
 public:
-    enum class Takes { no, yes, yes_again };  ///< yes_again: packets were left out before
+    enum class Takes { no, yes, yes_again };  ///< yes_again: the first yes after a no, so packets were left out
 
     void add(GSocket* socket);
-    /// Whether any of them has room for more, or there is none.
+    /// Whether any socket is writable. Yes where there is none.
     Takes take();
 
 private:

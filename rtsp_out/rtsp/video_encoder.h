@@ -23,7 +23,7 @@ inline const std::vector<std::string> h264_elements = {"nvh264enc", "vah264enc",
 /// reordering, no look-ahead, every picture comes out as soon as it went in. unsupported: none is installed.
 Result<VideoEncoder> choose_video_encoder(const std::vector<std::string>& elements, const StreamSettings& stream);
 
-/// GStreamer has been initialised.
+/// Whether GStreamer, which must have been initialised, has x265enc.
 bool has_h265_encoder();
 
 }  // namespace camrig::rtsp

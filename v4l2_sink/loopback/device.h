@@ -15,44 +15,48 @@
 
 namespace camrig::device {
 
-/// One /dev/videoN of v4l2loopback, opened as its writer. Knows what each generation of the module wants to be told,
-/// and in which order. When it goes, a program that reads waits for the next writer of the same format.
+/// One /dev/videoN of v4l2loopback, opened as its writer (V4L2_BUF_TYPE_VIDEO_OUTPUT). Handles the differences between
+/// the versions of the module. When it is destroyed, programs that read the device stay connected and wait for the next
+/// writer, which has to use the same format.
 ///
-/// Thread: none of its own; show() and the rest may come from different threads, one at a time (LoopbackSink sees to
-/// it).
+/// Thread: any, but one call at a time (LoopbackSink holds a mutex).
 class LoopbackDevice {
 public:
     /// Four, whatever the reader asks for (module.cpp says why).
     static constexpr std::uint32_t buffer_count = 4;
 
-    /// A device that is being read keeps the format that its readers have: format() tells, and differs then from
-    /// `wanted`. Errors: not_found (no such node), unauthorized, already_exists (another driver's device, or another
-    /// program writes to it), unsupported (it holds a format that is none of ours).
+    /// Sets the format, unless a program reads the device already: then the device keeps that program's format, and
+    /// format() differs from `wanted`. Errors: not_found (no such node), unauthorized (permissions of the node),
+    /// already_exists (another driver's device, or another program writes to it), unsupported (the kept format is none
+    /// that camrig offers, or too few buffers), unavailable (another system call failed).
     static Result<std::unique_ptr<LoopbackDevice>> open(LoopbackKernel& kernel, const LoopbackFeatures& features,
                                                         int number, const LoopbackFormat& wanted);
-    /// Whether it can be opened and is the module's; changes nothing. Errors as of open().
+    /// Whether the node can be opened and belongs to v4l2loopback; changes nothing. Errors as of open().
     static Result<void> check(LoopbackKernel& kernel, int number);
     LoopbackDevice(const LoopbackDevice&) = delete;
     LoopbackDevice& operator=(const LoopbackDevice&) = delete;
     ~LoopbackDevice();
 
     const LoopbackFormat& format() const { return format_; }
-    /// Buffers it has; programs need four.
+    /// Buffers that the module allocated, 1 to buffer_count: fewer while other programs hold some. 0 before 0.14.
     int buffers() const { return buffers_; }
 
-    /// Gives a picture to whoever reads. The first one makes it a camera for programs that look for one.
-    /// `stamp_us` (CLOCK_MONOTONIC) is what readers get since 0.14; before, it is the time of this call.
+    /// Shows one picture in format() to all readers. From the first call on the device reports V4L2_CAP_VIDEO_CAPTURE,
+    /// so that programs list it as a camera (the module's exclusive_caps).
+    /// `stamp_us` (CLOCK_MONOTONIC) becomes v4l2_buffer::timestamp since 0.14; before, that is the time of this call.
     Result<void> show(std::span<const std::byte> bytes, std::int64_t stamp_us);
 
-    /// Becomes ready for POLLPRI when readers come or go; -1 where the module does not tell.
+    /// To be polled for POLLPRI, which is set when a reader comes or goes; -1 if the module has no such event (before
+    /// 0.13).
     int readers_fd() const { return tells_readers_ ? fd_ : -1; }
-    /// Does any program read? Nothing where the module does not tell. unavailable: the device is gone.
+    /// Whether any program reads; nullopt if the module has no such event. unavailable: the device was removed.
     Result<std::optional<bool>> has_readers();
-    /// Any reader may set the rate of the device, which is what it tells the next one. True if one did; it is the
-    /// camera's again now.
+    /// Sets the frame interval back to the camera's: any reader may change it by VIDIOC_S_PARM, and the next reader
+    /// would be told the changed one. True if it had been changed.
     bool restore_rate();
+    /// Sets another frame interval. It only informs readers: pictures come when show() is called.
     void change_rate(const Rate& rate);
-    /// The format may be changed again, by whoever opens it next.
+    /// Clears the module's control keep_format: whoever opens the device next may set another format.
     void release_format();
 
 private:

@@ -24,9 +24,9 @@ struct LoopbackSettings {
     LoopbackFormat format;
 };
 
-/// Manages the loopback devices of a rig: makes, opens and removes them as their settings say, subscribes to the frame
-/// bus while a program reads, repeats the last frame of a camera that sends none, and retries what failed (each failure
-/// is logged once). Never blocks; everything runs on the loopback server's thread.
+/// Manages the loopback devices of a rig: creates, opens and removes them according to their settings, subscribes to
+/// the frame bus while a program reads, repeats the last frame of a camera that sends none, and retries what failed
+/// (each failure is logged once). Never blocks; everything runs on the loopback server's thread.
 class LoopbackHost {
 public:
     struct Options {
@@ -38,16 +38,17 @@ public:
     /// Callbacks of other threads (bus, fetcher) post to `tasks`, which the loopback server's thread runs.
     LoopbackHost(stream::FrameBus& bus, stream::FrameFetcher& fetcher, LoopbackKernel& kernel,
                  std::shared_ptr<TaskQueue> tasks, Options options);
-    /// Removes the devices that this rig made, but for those that a program still reads: the next rig uses them.
+    /// Removes the devices that this rig created, except those that a program still has open; the next rig uses them.
     ~LoopbackHost();
 
     /// Adds a device, or changes the settings of the one that has this number.
     void set(LoopbackSettings settings, TimeNs monotonic_ns);
+    /// No camera has this device any more: closes it, and removes it if this rig created it.
     void unset(int number, TimeNs monotonic_ns);
     /// Does what is due: retries, repeated frames, readers that came or went. To be called a few times a second, and
     /// when one of watch_fds() is ready.
     void tick(TimeNs monotonic_ns);
-    /// To be polled for POLLPRI.
+    /// Descriptors to poll for POLLPRI (LoopbackDevice::readers_fd).
     std::vector<int> watch_fds() const;
     bool is_idle() const { return devices_.empty(); }
 
@@ -61,7 +62,7 @@ private:
         std::optional<stream::Subscription> subscription = {};
         bool is_read = false;
         bool is_fetching = false;
-        TimeNs refresh_ns = 0;  ///< when to fetch a picture again that nobody reads
+        TimeNs refresh_ns = 0;  ///< while nobody reads: when to fetch a recent picture again (LoopbackSink::refresh)
     };
     /// Closed, and no camera wants it: removed at Device::retry_ns if it is the rig's.
     struct Leaving {};

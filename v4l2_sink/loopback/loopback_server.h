@@ -14,14 +14,14 @@ namespace camrig::device {
 /// run.
 Result<void> check_loopback(int number, const std::string& camera, LoopbackKernel& kernel = linux_kernel());
 
-/// Opens the outputs {kind: "v4l2"} of the cameras of a bus, as cameras come, change and go: the rig's devices of the
-/// kernel module v4l2loopback. One thread of its own; the bus never waits for it. What cannot be done is logged, with
-/// what to run, and tried again: a module that is loaded later is used then.
+/// Serves the outputs {kind: "v4l2"} of all cameras of a bus, as cameras are added, changed and removed: devices of the
+/// kernel module v4l2loopback. One thread of its own; the bus never waits for it. A failure is logged, with the command
+/// that repairs it, and retried: a module that is loaded later is used then.
 class LoopbackServer final : public stream::CameraObserver {
 public:
     /// Bus and fetcher must outlive the server.
     LoopbackServer(stream::FrameBus& bus, stream::FrameFetcher& fetcher, LoopbackHost::Options options);
-    /// Devices that the rig made are removed.
+    /// Removes the devices that the rig created (~LoopbackHost()).
     ~LoopbackServer() override;
 
     void camera_added(const stream::CameraStream& camera) override { update(camera, true); }

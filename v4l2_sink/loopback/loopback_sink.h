@@ -10,28 +10,31 @@
 
 namespace camrig::device {
 
-/// Writes the pictures of one camera into one loopback device, and keeps the device alive while none come.
+/// Writes the pictures of one camera into one loopback device, and repeats the last one while none come.
 ///
-/// Stamps are the instant a picture shows, in microseconds of CLOCK_MONOTONIC: the same for all cameras of an instant,
-/// strictly rising, never in the future (GStreamer distrusts a device for good after one bad stamp).
+/// A picture's timestamp is the instant that it shows, in microseconds of CLOCK_MONOTONIC: equal for all cameras of an
+/// instant, strictly increasing, never in the future (after one bad timestamp GStreamer ignores those of the device for
+/// good).
 ///
-/// Sink side: the Output's thread. The rest: the loopback host's thread. A mutex makes them take turns at the device.
+/// Sink calls: the Output's thread. The rest: the loopback host's thread. A mutex guards the device.
 class LoopbackSink final : public stream::Sink {
 public:
     /// How long a device may stay silent: below the 2 s that are promised, so that a program that waits 5 s (ROS
     /// usb_cam) or 10 s (OpenCV) never gives up.
     static constexpr TimeNs silence_ns = 1'500 * ns_per_ms;
-    /// A repeated picture is stamped so far in the past: the camera's next one, drawn meanwhile, is never older.
+    /// A repeated picture's timestamp lies so far in the past, so that it is before that of the camera's next picture,
+    /// which may be on its way.
     static constexpr TimeNs repeat_age_ns = 500 * ns_per_ms;
 
     explicit LoopbackSink(std::unique_ptr<LoopbackDevice> device) : device_(std::move(device)) {}
 
     Result<void> open(const stream::StreamInfo& info) override;
-    /// A failed write ends the subscription; the host opens the device anew.
+    /// A failed write ends the subscription (error internal); the host then reopens the device.
     Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override {}
 
-    /// A picture that was fetched while nobody reads, so that the next reader's first one is not old.
+    /// Shows a picture that was fetched while nobody reads and the camera is not subscribed to, so that the next
+    /// reader's first picture is a recent one.
     Result<void> refresh(const stream::MediaUnit& unit, TimeNs monotonic_ns);
     /// Shows the last picture again if the device was silent for too long. In lockstep only with `idle` (nobody reads):
     /// a reader gets the pictures that were asked for and no other.
@@ -43,7 +46,7 @@ public:
         std::lock_guard lock(mutex_);
         return use(*device_);
     }
-    /// Closes the device, whoever still has the sink; what comes after is dropped.
+    /// Closes the device, although the bus may still hold the sink; later pictures are dropped.
     void give_up();
 
 private:

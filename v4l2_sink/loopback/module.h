@@ -8,19 +8,19 @@
 
 namespace camrig::device {
 
-/// What the loaded v4l2loopback can do; its generations differ much (docs/decisions/0031).
+/// What the loaded version of v4l2loopback can do (docs/decisions/0031).
 struct LoopbackFeatures {
     std::string version;         ///< "0.15.4"; "0.12" or "0.13" where the module does not tell more
     bool adds_devices = false;   ///< since 0.13: /dev/v4l2loopback makes and removes devices
     bool tells_readers = false;  ///< since 0.13: an event says whether somebody reads
-    bool streams = false;        ///< since 0.14: queued buffers keep the stamp and get a sequence number
+    bool streams = false;        ///< since 0.14: QBUF keeps the buffer's timestamp and sets its sequence number
 };
 
 /// "/dev/videoN".
 std::string video_path(int number);
 
-/// The kernel module as a whole: what it can, and which devices it has. No state; any thread.
-/// Errors are for the user: they say what to run.
+/// The kernel module as a whole: its features, and creating and removing its devices. No state; any thread.
+/// Messages of errors are for the user: they say what to run.
 class LoopbackModule {
 public:
     explicit LoopbackModule(LoopbackKernel& kernel) : kernel_(kernel) {}
@@ -32,11 +32,13 @@ public:
         LoopbackFeatures features;
         bool is_new = false;
     };
-    /// What provide() would say; changes nothing.
+    /// Whether provide() would succeed, as far as one sees without trying; changes nothing. Errors as of provide().
     Result<LoopbackFeatures> can_provide(int number, const std::string& label) const;
-    /// Makes /dev/video<number> of this card label unless it is there, whoever owns it.
+    /// Creates /dev/video<number> with this card label, unless the node exists, whichever driver's it is. Errors as of
+    /// features(), and not_found (this version adds no devices while loaded), unauthorized (no access to the module's
+    /// control node), unavailable (the module refused), already_exists (another driver has the number).
     Result<Provided> provide(int number, const std::string& label) const;
-    /// unavailable: some program has the device open.
+    /// Removes the device. unavailable: some program has it open; unauthorized; not_found.
     Result<void> remove(int number) const;
 
 private:

@@ -32,7 +32,7 @@ public:
     void add_device(int number, std::string camera, codec::ChromaSampling mjpg_sampling);
     /// Programs that have it open see it unplugged.
     void remove_device(int number);
-    /// Which calls on a camera's devices fail from now on, by a fault.
+    /// Sets which V4L2 calls on this camera's devices fail from now on (fault injection).
     void set_standing(const std::string& camera, const fault::Standing& standing);
     /// Sends an event of this control to its subscribers: its value was changed, but not through a device.
     void control_changed(const std::string& camera, std::uint32_t id) { controls_.changed(camera, id); }
@@ -41,6 +41,7 @@ public:
     void receive(const std::shared_ptr<DeviceSession>& session, std::span<const std::byte> message);
     /// The connection has ended: the program closed its device, exited or was disconnected.
     void leave(const std::shared_ptr<DeviceSession>& session);
+    /// Repeats last frames that are due (RingPool::tick). To be called a few times a second.
     void tick(TimeNs monotonic_ns);
 
     /// Sessions whose connection the caller shall close.

@@ -14,7 +14,7 @@
 
 namespace camrig::device {
 
-/// Shared memory with a size that is fixed for good, mapped here for writing.
+/// Shared memory (memfd) of a sealed size, mapped here for writing.
 class SharedMemory {
 public:
     /// With `readers_only_read` nobody but this mapping can ever write to it (F_SEAL_FUTURE_WRITE).
@@ -34,8 +34,9 @@ private:
     std::size_t size_ = 0;
 };
 
-/// The rig's books of one reader of a ring (protocol.h explains the letters). Guarded by the ring's mutex while
-/// attached.
+/// The rig's flow control for one reader of a ring, that is for one streaming open of a device: how many pictures it
+/// was promised (tokens) and how many gave way to newer ones (displaced); protocol.h defines both. Guarded by the
+/// ring's mutex while attached.
 class RingReader {
 public:
     /// `event_socket` must outlive the reader; tokens are sent there without ever blocking.
@@ -57,7 +58,7 @@ private:
     const int event_socket_;
     camrig_reader_page* const page_;
     const std::shared_ptr<stream::ReaderStats> stats_;
-    std::uint64_t allowed_ = 0;  ///< pictures that may be promised at one time
+    std::uint64_t allowed_ = 0;  ///< most tokens whose pictures are not taken yet
     std::uint64_t tokens_ = 0;
     std::uint64_t displaced_ = 0;
     std::deque<stream::DeliveryLatch::Hold> pending_;  ///< lockstep: one per picture for which no buffer was queued yet
@@ -76,16 +77,16 @@ public:
     Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override;
     void hold_back(const frame::FrameInfo& info) override;
-    /// The programs.
+    /// Statistics of each attached reader.
     std::vector<stream::ReaderReport> readers() const override;
 
-    /// From the next picture on. The place tells the library where to find it in memory_fd().
+    /// The reader gets pictures from the next one on. The result is for its library: where in memory_fd() that is.
     camrig_ring_place attach(const std::shared_ptr<RingReader>& reader);
     /// After it returns no token is sent to this reader. Waiting pictures are dropped.
     void detach(const std::shared_ptr<RingReader>& reader);
-    /// A buffer was queued by a reader that had none (lockstep).
+    /// Lockstep: a reader that had no queued buffer has queued one, so that pictures that wait for it can be sent.
     void credit(RingReader& reader);
-    /// Shows the last picture once more, with a fresh stamp, when nothing came for so long (programs give up on a
+    /// Shows the last picture once more, with a new timestamp, when none came for idle_ns (programs give up on a
     /// silent camera after 5 to 10 s). Not in lockstep, where nothing may happen that a client did not ask for.
     void repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns);
 
@@ -101,8 +102,8 @@ private:
     DeviceRing(SharedMemory memory, ImageSize size, std::optional<Rate> rate);
 
     camrig_ring_header& header() const { return *reinterpret_cast<camrig_ring_header*>(memory_.data()); }
-    /// Writes one picture, of an instant that the camera's clock has as stamp_ns, and tells the readers. Call with
-    /// mutex_ held.
+    /// Writes one picture and tells the readers. stamp_ns: its instant by the camera's own clock, which may be wrong.
+    /// Call with mutex_ held.
     void publish(const Picture& picture, TimeNs monotonic_ns, TimeNs stamp_ns,
                  const std::shared_ptr<stream::DeliveryLatch>& latch);
     std::uint32_t next_sequence(const frame::FrameInfo& info);
@@ -116,7 +117,7 @@ private:
     std::vector<std::shared_ptr<RingReader>> readers_;
     std::uint64_t published_ = 0;
     std::int64_t sequence_offset_ = 0;
-    bool is_held_back_ = false;  ///< a fault keeps pictures from it
+    bool is_held_back_ = false;  ///< a fault withholds pictures at present
     std::int64_t last_sequence_ = -1;
     TimeNs last_stamp_ns_ = 0;
     TimeNs clock_error_ns_ = 0;  ///< at the last picture

@@ -17,8 +17,8 @@
 
 namespace camrig::device {
 
-/// The rig's user-space /dev/videoN: a socket (mode 0600) to which programs under `camrig exec` connect when they open
-/// a device. One thread of its own; calls from any thread.
+/// Serves the rig's user-space /dev/videoN: a Unix socket (mode 0600) to which programs under `camrig exec` connect
+/// when they open a device. One thread of its own; calls from any thread.
 class DeviceServer {
 public:
     static constexpr int max_connections = 1100;
@@ -29,10 +29,10 @@ public:
     /// Programs see their devices unplugged.
     ~DeviceServer();
 
-    /// /dev/video<number> shows the camera of this name, whenever there is one. Number 0..255.
+    /// Adds /dev/video<number>, number 0..255, which shows the camera of this name. The camera need not exist yet.
     Result<void> add_device(int number, const std::string& camera, codec::ChromaSampling mjpg_sampling);
     void remove_device(int number);
-    /// How this camera fails for those who open it and call, from now on.
+    /// Sets which V4L2 calls on this camera's devices fail from now on (fault injection).
     void set_standing(const std::string& camera, const fault::Standing& standing);
     /// Somebody other than a device's program changed these controls: sends events to those who subscribed.
     void controls_changed(const std::string& camera, const std::vector<std::uint32_t>& ids);
@@ -48,7 +48,7 @@ private:
     const std::shared_ptr<TaskQueue> tasks_;
     mutable std::mutex mutex_;  ///< guards tree_ and numbers_
     DeviceTree tree_;
-    std::map<int, std::string> numbers_;  ///< and the cameras that have them
+    std::map<int, std::string> numbers_;  ///< camera by number of its device
     std::unique_ptr<Loop> loop_;
     std::thread thread_;
 };

@@ -67,10 +67,16 @@ CAMRIG_LANES Lanes hidden_share(const scene::CapsuleInView& capsule, const Lanes
     return clamp01(max(ball, 0.5f * ball + line * (capsule.radius * inverse_pi))) * (fade * fade);
 }
 
+/// Whether any of the points is so near that it may be darkened.
 template <typename Isa>
 CAMRIG_LANES bool is_near(const scene::BodyInView& body, const Lanes3& position) {
     const Lanes3 away = PointGroup::vector(body.middle) - position;
     return Isa::bits(dot(away, away) < body.radius2) != 0;
+}
+template <typename Isa>
+CAMRIG_LANES bool is_near(const scene::CapsuleInView& capsule, const Lanes3& position) {
+    const float reach = reach_of(capsule);
+    return Isa::bits(place_at(capsule, position).distance2 < reach * reach) != 0;
 }
 
 /// Share of the light from all around that bodies leave to the points of something; without movers: those that stand.
@@ -80,8 +86,10 @@ CAMRIG_LANES Lanes open_share(const scene::BodiesInView& bodies, ObjectId own, b
     Lanes open = lanes(1.0f);
     for (const scene::BodyInView& body : bodies.bodies) {
         if ((body.is_moving != 0 && !has_movers) || body.object == own || !is_near<Isa>(body, position)) continue;
-        for (std::uint32_t i = body.first; i < body.first + body.count; ++i)
-            open = open * (1.0f - hidden_share(bodies.capsules[i], position, n));
+        for (std::uint32_t i = body.first; i < body.first + body.count; ++i) {
+            if (is_near<Isa>(bodies.capsules[i], position))
+                open = open * (1.0f - hidden_share(bodies.capsules[i], position, n));
+        }
     }
     return open;
 }

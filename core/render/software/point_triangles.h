@@ -5,9 +5,9 @@
 
 #include "core/render/software/coverage.h"
 
-/// The triangles that a group of pixels shows: one for all of them, one of the same draw in each, or such at places of
-/// their own. What is asked of them has the same names, and the same operations in the same order give it, so a pixel
-/// has the same bits whatever is beside it.
+/// The triangles that a group of pixels shows: one for all of them, one of the same draw in each, such of pixels that
+/// lie anywhere, or at places of their own. What is asked of them has the same names, and the same operations in the
+/// same order give it, so a pixel has the same bits whatever is beside it.
 namespace camrig::render::software {
 
 /// Which draw each triangle is of; numbers from 1, where 0 gives any.
@@ -252,6 +252,51 @@ protected:
     std::array<IntLanes, 3> vertex_, x_{}, y_{};  ///< vertex: of the draw
     std::array<Lanes, 3> inverse_z_{};
     std::array<bool, 3> has_clipped_, all_clipped_;
+};
+
+/// Pixels that lie anywhere, by the groups that they are of.
+struct PixelLanes {
+    IntLanes first, lane, y;  ///< the first pixel of the group, which one of it, and the row
+
+    /// A value that is there for each pixel.
+    template <typename Isa>
+    CAMRIG_LANES Lanes of(const Rows<const float>& plane, int right, int down) const {
+        const auto stride = static_cast<std::int32_t>(plane.stride);
+        return gathered<Isa>(plane.data, (y + down) * stride + (first + lane + right));
+    }
+    template <typename Isa>
+    CAMRIG_LANES Lanes3 rays(const LensRays& rays, int right, int down) const {
+        const LensRays::Coordinates at = rays.rays();
+        return {of<Isa>(at.x, right, down), of<Isa>(at.y, right, down), of<Isa>(at.z, right, down)};
+    }
+};
+
+/// A triangle of one draw for each of pixels that lie anywhere.
+template <typename Isa>
+class TriangleOfPixels : public TriangleOfEach<Isa> {
+public:
+    CAMRIG_LANES TriangleOfPixels(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers,
+                                  const PixelLanes& pixels)
+        : TriangleOfEach<Isa>(geometry, draw, numbers), pixels_(pixels) {}
+
+    CAMRIG_LANES ScreenShares<Lanes> shares(int, int) const {
+        const auto second = this->edge_from(2, 0), third = this->edge_from(0, 1);
+        ScreenShares<Lanes> made = this->shares_of(second, third);
+        const Doubles x = widened(pixels_.first * subpixels), y = widened(pixels_.y * subpixels);
+        const Lanes lane = __builtin_convertvector(pixels_.lane, Lanes);
+        made.second = narrowed(second.at(x, y) * this->inverse_area_) + lane * made.second_dx;
+        made.third = narrowed(third.at(x, y) * this->inverse_area_) + lane * made.third_dx;
+        return made;
+    }
+
+    CAMRIG_LANES PointRays point_rays(int, int) const {
+        const LensRays& rays = *this->rays();
+        const Lanes3 at = pixels_.template rays<Isa>(rays, 0, 0);
+        return {at, pixels_.template rays<Isa>(rays, 1, 0) - at, pixels_.template rays<Isa>(rays, 0, 1) - at};
+    }
+
+private:
+    PixelLanes pixels_;
 };
 
 /// Triangles of one draw at places of their own, in subpixels; share: how far it is to the next pixel there.

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <span>
 
 #include "core/base/cpu_features.h"
 #include "core/frame/srgb.h"
@@ -82,11 +83,70 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
     }
 }
 
+/// Pixels of draws that fill few lanes where they lie, until there are enough of one draw for all lanes.
+class WaitingPixels {
+public:
+    struct Pixels {
+        std::uint32_t draw = 0, count = 0;
+        IntLanes number{}, first{}, lane{}, y{};
+
+        /// Lanes that are left have the first pixel, too.
+        CAMRIG_LANES void fill_up() {
+            const IntLanes is_there = int_lane_numbers() < static_cast<std::int32_t>(count);
+            for (IntLanes* of : {&number, &first, &lane, &y}) *of = is_there ? *of : IntLanes{} + (*of)[0];
+        }
+    };
+
+    /// The pixels that are to be shaded before this one can wait; null: it does.
+    CAMRIG_LANES Pixels* add(std::uint32_t draw, std::uint32_t number, int first, int lane, int y) {
+        Pixels& waiting = of_draw_[draw % of_draw_.size()];
+        if (waiting.count == lane_count || (waiting.count != 0 && waiting.draw != draw)) return &waiting;
+        const auto at = static_cast<int>(waiting.count++);
+        waiting.draw = draw;
+        waiting.number[at] = static_cast<std::int32_t>(number);
+        waiting.first[at] = first;
+        waiting.lane[at] = lane;
+        waiting.y[at] = y;
+        return nullptr;
+    }
+    std::span<Pixels> all() { return of_draw_; }
+
+private:
+    /// Draws that are seen at once have places of their own, most often.
+    std::array<Pixels, 64> of_draw_{};
+};
+
 template <typename Isa>
 CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
                                      const TriangleNumbers& numbers, bool has_movers) {
+    // A draw that has fewer lanes of a group than this waits for more pixels.
+    constexpr int enough = 6;
     const ScreenTriangle* const triangles = geometry.triangles().data();
     const Rows<std::uint32_t> colors = canvas.color, number_rows = numbers.rows();
+    const auto code_of = [](const Rgba& color) __attribute__((always_inline)) {
+        return pixels_of({srgb(color.rgb.x), srgb(color.rgb.y), srgb(color.rgb.z)});
+    };
+    WaitingPixels waiting;
+    const auto shade_waiting = [&](WaitingPixels::Pixels& pixels) __attribute__((always_inline)) {
+        pixels.fill_up();
+        const ViewDraw& draw = geometry.draws()[pixels.draw];
+        const PixelLanes at{pixels.first, pixels.lane, pixels.y};
+        const SurfacePoints points =
+            points_of(geometry, draw, TriangleOfPixels<Isa>(geometry, draw, pixels.number, at), 0, 0);
+        const Rgba color = shade<Isa>(geometry, draw, points, rays_through<Isa>(geometry, at), has_movers);
+        const IntLanes codes = code_of(color);
+        for (int i = 0; i < static_cast<int>(pixels.count); ++i) {
+            const int x = pixels.first[i] + pixels.lane[i], row = pixels.y[i];
+            if (canvas.light) {
+                canvas.light.red(row)[x] = color.rgb.x[i];
+                canvas.light.green(row)[x] = color.rgb.y[i];
+                canvas.light.blue(row)[x] = color.rgb.z[i];
+            } else {
+                colors(row)[x] = static_cast<std::uint32_t>(codes[i]);
+            }
+        }
+        pixels.count = 0;
+    };
     for (int y = rect.y0; y < rect.y1; ++y) {
         for (int x = rect.x0 & -lane_count; x < rect.x1; x += lane_count) {
             std::uint32_t* const of_group = number_rows(y) + x;
@@ -94,7 +154,6 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
             const IntLanes drawn = number != 0;
             unsigned left = Isa::bits(drawn);
             if (left == 0) continue;
-            IntLanes pixels{};
             while (left != 0) {
                 const std::uint32_t first = of_group[std::countr_zero(left)];
                 const ScreenTriangle& triangle = triangles[first - 1];
@@ -104,25 +163,34 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
                 // All pixels of one draw at once; most often they are all that are left.
                 if (!is_one)
                     mask = drawn & (draws_of<Isa>(triangles, number) == static_cast<std::int32_t>(triangle.draw));
+                const unsigned own_bits = Isa::bits(mask);
+                left &= ~own_bits;
+                if (std::popcount(own_bits) < enough) {
+                    for (unsigned own = own_bits; own != 0; own &= own - 1) {
+                        const int lane = std::countr_zero(own);
+                        while (auto* const first_shaded = waiting.add(triangle.draw, of_group[lane], x, lane, y))
+                            shade_waiting(*first_shaded);
+                    }
+                    continue;
+                }
                 const IntLanes own = mask ? number : IntLanes{} + static_cast<std::int32_t>(first);
                 // Made in its place: it is large.
                 const SurfacePoints points =
                     is_one ? points_of(geometry, draw,
                                        OneTriangle(geometry, draw, triangle, set_up(geometry, first - 1)), x, y)
                            : points_of(geometry, draw, TriangleOfEach<Isa>(geometry, draw, own), x, y);
-                left &= ~Isa::bits(mask);
                 const Rgba color = shade<Isa>(geometry, draw, points, rays_through(geometry, x, y), has_movers);
                 if (canvas.light) {
                     store(canvas.light, x, y, mask, color.rgb);
-                    continue;
+                } else {
+                    store(colors(y), x, mask, code_of(color));
                 }
-                const IntLanes made = pixels_of({srgb(color.rgb.x), srgb(color.rgb.y), srgb(color.rgb.z)});
-                pixels = mask ? made : pixels;
             }
             *reinterpret_cast<IntLanes*>(of_group) = IntLanes{};
-            if (!canvas.light) store(colors(y), x, drawn, pixels);
         }
     }
+    for (WaitingPixels::Pixels& pixels : waiting.all())
+        if (pixels.count != 0) shade_waiting(pixels);
 }
 
 template <typename Isa>

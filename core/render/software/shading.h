@@ -49,6 +49,15 @@ CAMRIG_LANES Lanes3 rays_through(const ViewGeometry& geometry, int x, int y) {
             lanes(static_cast<float>(y - k.cy) * static_cast<float>(1.0 / k.fy)), lanes(1.0f)};
 }
 
+template <typename Isa>
+CAMRIG_LANES Lanes3 rays_through(const ViewGeometry& geometry, const PixelLanes& pixels) {
+    if (geometry.rays() != nullptr) return pixels.rays<Isa>(*geometry.rays(), 0, 0);
+    const camera::Intrinsics& k = geometry.transform().intrinsics;
+    const Lanes lane = __builtin_convertvector(pixels.lane, Lanes);
+    return {(lane + narrowed(widened(pixels.first) + -k.cx)) * static_cast<float>(1.0 / k.fx),
+            narrowed(widened(pixels.y) + -k.cy) * static_cast<float>(1.0 / k.fy), lanes(1.0f)};
+}
+
 CAMRIG_LANES Lanes3 surface_light(const ViewGeometry& geometry, const ViewDraw& draw, const SurfacePoints& points,
                                   const Lanes3& rays, Lanes occlusion) {
     if (draw.vertex_lights >= 0) {

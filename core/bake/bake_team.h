@@ -1,0 +1,49 @@
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <functional>
+
+#include "core/render/software/thread_team.h"
+
+namespace camrig::bake {
+
+/// The threads of one bake, and its progress. One thread calls; it takes part in the work.
+class BakeTeam {
+public:
+    /// Items that a thread takes at a time, where each is little work.
+    static constexpr std::size_t usual_block = 2048;
+
+    /// `progress`: told the part that is done, 0 to 1, on the calling thread; false ends the bake. May be empty.
+    BakeTeam(int threads, const std::function<bool(double)>& progress)
+        : team_(std::max(1, threads)), progress_(progress) {}
+
+    /// Calls work(i) for each i below `count`, on all threads, `block` of them at a time. `share`: which part of the
+    /// whole bake that is. False: the bake was ended, and some calls were left out.
+    bool run(std::size_t count, double share, std::size_t block, const std::function<void(std::size_t)>& work) {
+        const std::size_t blocks = (count + block - 1) / block;
+        std::atomic<std::size_t> finished = 0;
+        std::atomic<bool> goes_on = true;
+        team_.run(blocks, [&](int worker, std::size_t number) {
+            if (!goes_on) return;
+            for (std::size_t i = number * block; i < std::min(count, (number + 1) * block); ++i) work(i);
+            const std::size_t now = ++finished;
+            // The first worker is the one that asks.
+            if (worker == 0 && progress_)
+                goes_on = progress_(done_ + share * static_cast<double>(now) / static_cast<double>(blocks));
+        });
+        done_ += share;
+        return goes_on;
+    }
+
+    double done() const { return done_; }
+    /// For work that needs not be done.
+    void set_done(double done) { done_ = done; }
+
+private:
+    render::software::ThreadTeam team_;
+    const std::function<bool(double)>& progress_;
+    double done_ = 0.0;
+};
+
+}  // namespace camrig::bake

@@ -1,0 +1,296 @@
+#include "core/bake/texel_light.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/bake/ray_sampling.h"
+#include "core/render/software/lambert.h"
+
+namespace camrig::bake {
+namespace {
+
+using world::LightSource;
+
+/// A texel's places have so many rays each. A place from which more of them meet the inside of something is within
+/// that, or under it, and counts for nothing.
+constexpr int rays_of_place = 16, most_insides = 2;
+/// Beside them, so many to lamps.
+constexpr int lamp_rays_of_place = 4;
+/// A bounce that adds no more than this to any layer is the last.
+constexpr double settled_share = 0.003;
+
+/// Texels beside each other on one surface, in the order of the map.
+template <typename Use>
+void each_neighbor(const LightMap& map, const MapTexel& texel, int reach, const Use& use) {
+    const int width = map.size().width, height = map.size().height;
+    const int x0 = static_cast<int>(texel.index) % width, y0 = static_cast<int>(texel.index) / width;
+    for (int y = std::max(0, y0 - reach); y <= std::min(height - 1, y0 + reach); ++y) {
+        for (int x = std::max(0, x0 - reach); x <= std::min(width - 1, x0 + reach); ++x) {
+            const std::int32_t number = map.texel_of_index()[static_cast<std::size_t>(y * width + x)];
+            if (number < 0 || map.texels()[static_cast<std::size_t>(number)].surface != texel.surface) continue;
+            use(static_cast<std::size_t>(number), x - x0, y - y0);
+        }
+    }
+}
+
+}  // namespace
+
+TexelLight::TexelLight(const RayScene& scene, const LightMap& map, std::span<const Source> sources,
+                       std::span<const world::Light> lamps, const TransportOptions& options, BakeTeam& team)
+    : scene_(scene), map_(map), sources_(sources), lights_(lamps), options_(options), team_(team), area_lamps_(scene) {
+    const auto glow = std::ranges::find(sources, LightSource::glow, &Source::kind);
+    glow_layer_ = static_cast<std::size_t>(glow - sources.begin());
+    for (world::Light light : lights_) {
+        light.color = glm::vec3(1.0f);
+        light.intensity = 1.0f;
+        of_strength_1_.push_back(render::scene::light_in_view(light, {}, 1.0f));
+    }
+}
+
+glm::vec3 TexelLight::direct(const MapPlace& place, std::size_t lamp, bool both_sides) const {
+    const render::scene::LightInView& in_view = of_strength_1_[lamp];
+    glm::vec3 towards = in_view.towards;
+    float share = 1.0f, length = 1e30f;
+    if (lights_[lamp].type != world::LightType::directional) {
+        const auto at = render::software::light_at<render::software::OnePoint>(in_view, place.position);
+        towards = at.towards;
+        share = at.share;
+        length = glm::length(in_view.position - place.position) - lift_m;
+    }
+    float cosine = glm::dot(place.normal, towards);
+    glm::vec3 side = place.side;
+    if (both_sides) {
+        if (glm::dot(place.side, towards) < 0.0f) side = -side;
+        cosine = 0.5f * std::abs(cosine);
+    } else if (glm::dot(place.side, towards) <= 0.0f) {
+        return glm::vec3(0.0f);
+    }
+    if (!(cosine > 0.0f) || !(share > 0.0f)) return glm::vec3(0.0f);
+    return glm::vec3(cosine * share * scene_.open_share({place.position + side * lift_m, towards, length}));
+}
+
+glm::vec3 TexelLight::of_area_lamps(const MapPlace& place, bool both_sides, const std::vector<float>& sums, int first,
+                                    int rays, const glm::vec2& shift) const {
+    glm::vec3 sum(0.0f);
+    for (int i = first; i < first + rays; ++i) {
+        const auto lamp = area_lamps_.sample(sums, place.position, spread_point(i, shift));
+        if (!lamp) continue;
+        float cosine = glm::dot(place.normal, lamp->towards);
+        glm::vec3 side = place.side;
+        if (both_sides) {
+            if (glm::dot(place.side, lamp->towards) < 0.0f) side = -side;
+            cosine = 0.5f * std::abs(cosine);
+        }
+        if (!(cosine > 0.0f) || glm::dot(side, lamp->towards) <= 0.0f) continue;
+        const Ray ray{place.position + side * lift_m, lamp->towards, lamp->distance - 2.0f * lift_m};
+        sum += lamp->light * (cosine * scene_.open_share(ray));
+    }
+    return sum / static_cast<float>(rays);
+}
+
+void TexelLight::find_direct() {
+    constexpr int points = 4;
+    const auto& texels = map_.texels();
+    for (auto* const all : {&direct_, &light_, &radiance_})
+        all->assign(sources_.size(), std::vector<glm::vec3>(texels.size()));
+    albedo_.resize(texels.size());
+    is_open_.resize(texels.size());
+    team_.run(texels.size(), 0.02, BakeTeam::usual_block, [&](std::size_t i) {
+        const MapTexel& texel = texels[i];
+        const world::Material& material = *scene_.surfaces()[texel.surface].material;
+        const glm::vec2 shift = shift_of(1, texel.index);
+        for (int k = 0; k < points; ++k) {
+            const MapPlace place = map_.place(texel, spread_point(k, shift) - 0.5f);
+            const glm::vec3 base(scene_.base_color(texel.surface, texel.triangle, place.shares));
+            // What is mirrored goes on too: a twenty-fifth of all, and of metals their colour.
+            albedo_[i] += glm::clamp(base * (0.96f + 0.04f * material.metallic) + 0.04f * (1.0f - material.metallic),
+                                     0.0f, 0.98f) /
+                          static_cast<float>(points);
+            for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+                for (const std::size_t lamp : sources_[layer].lamps)
+                    direct_[layer][i] += direct(place, lamp, is_two_sided(texel)) / static_cast<float>(points);
+        }
+    });
+}
+
+TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps) const {
+    float through = 1.0f;
+    const auto hit = scene_.first_hit(ray, through);
+    if (!hit) {
+        const auto kind = ray.along.z > 0.0f ? LightSource::sky : LightSource::ground;
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+            if (sources_[layer].kind == kind) sum[layer] += through;
+        return {};
+    }
+    const RaySurface& surface = scene_.surfaces()[hit->surface];
+    const glm::vec3 at = surface.position_at(hit->triangle, hit->shares);
+    Met met{!hit->is_front && !surface.material->double_sided && surface.is_lit, glm::distance(ray.from, at)};
+    if (met.is_inside) return met;
+    const std::int32_t texel = map_.texel_at(*hit);
+    for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
+        if (texel >= 0) sum[layer] += radiance_[layer][static_cast<std::size_t>(texel)] * through;
+        if (layer == glow_layer_ && (lamps == AreaLampsCount::yes || !AreaLamps::is_lamp(surface)))
+            sum[layer] += scene_.glow(hit->surface, hit->triangle, hit->shares) * through;
+    }
+    return met;
+}
+
+bool TexelLight::gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const {
+    const glm::vec2 shift = shift_of(stream, texel.index), moved = shift_of(stream + 1, texel.index);
+    const bool both_sides = is_two_sided(texel);
+    static thread_local std::vector<float> lamps;
+    if (!area_lamps_.empty()) {
+        const MapPlace middle = map_.place(texel);
+        area_lamps_.weigh(middle.position, middle.normal, both_sides, lamps);
+    }
+    int counted = 0;
+    for (int first = 0; first < rays; first += rays_of_place) {
+        const MapPlace place = map_.place(texel, spread_point(first / rays_of_place, moved) - 0.5f);
+        if (place.side == glm::vec3(0.0f)) return false;
+        const Basis basis(place.normal);
+        Gathered part{};
+        int inside = 0;
+        for (int i = first; i < first + rays_of_place; ++i) {
+            glm::vec3 along = basis.turned(by_cosine(spread_point(i, shift)));
+            glm::vec3 side = place.side;
+            if (both_sides && i % 2 == 1) {
+                along = -along;
+                side = -side;
+            }
+            // A bent normal sends rays behind the surface: nothing comes from there.
+            if (glm::dot(along, side) <= 0.0f) continue;
+            inside += look({place.position + side * lift_m, along}, part).is_inside;
+        }
+        if (inside > most_insides) continue;
+        if (!area_lamps_.empty())
+            part[glow_layer_] += of_area_lamps(place, both_sides, lamps, first / rays_of_place * lamp_rays_of_place,
+                                               lamp_rays_of_place, shift) *
+                                 static_cast<float>(rays_of_place);
+        counted += rays_of_place;
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] += part[layer];
+    }
+    if (counted == 0) return false;
+    for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] *= 1.0f / static_cast<float>(counted);
+    return true;
+}
+
+bool TexelLight::gather_all(int rays, std::uint64_t stream, double share) {
+    const auto& texels = map_.texels();
+    return team_.run(texels.size(), share, BakeTeam::usual_block, [&](std::size_t i) {
+        Gathered sum{};
+        is_open_[i] = gather(texels[i], rays, stream, sum);
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer) light_[layer][i] = sum[layer];
+    });
+}
+
+void TexelLight::find_radiance() {
+    for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+        for (std::size_t i = 0; i < albedo_.size(); ++i)
+            radiance_[layer][i] = albedo_[i] * (light_[layer][i] + direct_[layer][i]);
+}
+
+void TexelLight::mend_insides() {
+    constexpr int passes = 8;
+    const auto& texels = map_.texels();
+    std::vector<std::uint8_t> is_good = is_open_;
+    for (int pass = 0; pass < passes; ++pass) {
+        std::vector<std::size_t> mended;
+        for (std::size_t i = 0; i < texels.size(); ++i) {
+            if (is_good[i] != 0) continue;
+            float weight = 0.0f;
+            Gathered sum{};
+            each_neighbor(map_, texels[i], 1, [&](std::size_t other, int, int) {
+                if (is_good[other] == 0) return;
+                weight += 1.0f;
+                for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] += light_[layer][other];
+            });
+            if (weight == 0.0f) continue;
+            for (std::size_t layer = 0; layer < sources_.size(); ++layer) light_[layer][i] = sum[layer] / weight;
+            mended.push_back(i);
+        }
+        for (const std::size_t i : mended) is_good[i] = 1;
+        if (mended.empty()) return;
+    }
+}
+
+void TexelLight::smooth() {
+    const auto& texels = map_.texels();
+    std::vector<MapPlace> places(texels.size());
+    team_.run(texels.size(), 0.005, BakeTeam::usual_block, [&](std::size_t i) { places[i] = map_.place(texels[i]); });
+    for (int pass = 0; pass < 2; ++pass) {
+        auto made = light_;
+        team_.run(texels.size(), 0.005, BakeTeam::usual_block, [&](std::size_t i) {
+            float weight = 0.0f;
+            Gathered sum{};
+            each_neighbor(map_, texels[i], 2, [&](std::size_t other, int dx, int dy) {
+                if (is_open_[other] == 0) return;
+                const glm::vec3 gap = places[other].position - places[i].position;
+                // Of one plane, and beside each other there as they are in the map.
+                if (glm::dot(places[other].normal, places[i].normal) < 0.95f) return;
+                if (std::abs(glm::dot(gap, places[i].side)) > 0.2f * glm::length(gap) + 1e-3f) return;
+                const float share = std::exp2(-0.5f * static_cast<float>(dx * dx + dy * dy));
+                weight += share;
+                for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+                    sum[layer] += light_[layer][other] * share;
+            });
+            if (weight == 0.0f) return;
+            for (std::size_t layer = 0; layer < sources_.size(); ++layer) made[layer][i] = sum[layer] / weight;
+        });
+        light_ = std::move(made);
+    }
+}
+
+double TexelLight::total(std::size_t layer) const {
+    double sum = 0.0;
+    for (const glm::vec3& light : light_[layer]) sum += static_cast<double>(light.r) + light.g + light.b;
+    return sum;
+}
+
+/// All of the bounces that count, from what the checkpoint has. False: it was ended.
+bool TexelLight::bounce_all(double share) {
+    const int done = options_.checkpoint != nullptr ? options_.checkpoint->resume(light_) : 0;
+    const double part = share / std::max(1, options_.bounces), end = team_.done() + share;
+    team_.set_done(team_.done() + part * std::min(done, options_.bounces));
+    find_radiance();
+    bool is_settled = false;
+    for (int bounce = done; bounce < options_.bounces && !is_settled; ++bounce) {
+        std::vector<double> before(sources_.size());
+        for (std::size_t layer = 0; layer < before.size(); ++layer) before[layer] = total(layer);
+        if (!gather_all(options_.coarse_rays, 100 + 2 * static_cast<std::uint64_t>(bounce), part)) return false;
+        mend_insides();
+        find_radiance();
+        is_settled = true;
+        for (std::size_t layer = 0; layer < before.size(); ++layer)
+            is_settled = is_settled && std::abs(total(layer) - before[layer]) <= settled_share * before[layer];
+        // After the last one there is none to go on with, however many were allowed.
+        if (options_.checkpoint != nullptr)
+            options_.checkpoint->keep(is_settled ? options_.bounces : bounce + 1, light_);
+    }
+    team_.set_done(end);
+    return true;
+}
+
+bool TexelLight::solve() {
+    find_direct();
+    const double coarse = options_.coarse_rays * options_.bounces, fine = options_.rays;
+    const double part = 0.9 / (coarse + fine);
+    if (!bounce_all(part * coarse)) return false;
+    if (!gather_all(options_.rays, 10, part * fine)) return false;
+    mend_insides();
+    find_radiance();
+    smooth();
+    return true;
+}
+
+std::vector<std::vector<glm::vec3>> TexelLight::take_texels() {
+    for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
+        // A directional light's own part is drawn, with its shadows.
+        const bool has_direct = sources_[layer].kind == LightSource::lamp &&
+                                lights_[sources_[layer].lamps.front()].type != world::LightType::directional;
+        if (!has_direct) continue;
+        for (std::size_t i = 0; i < light_[layer].size(); ++i) light_[layer][i] += direct_[layer][i];
+    }
+    return std::move(light_);
+}
+
+}  // namespace camrig::bake
