@@ -17,6 +17,7 @@ struct DaylightSpec {
     double turbidity = 3.0;
     double overcast = 0.0;
     glm::vec3 ground{0.25f};  ///< what it reflects
+    float clouds = -1.0f;     ///< share of the sky that they are; below 0: as `overcast`
     friend bool operator==(const DaylightSpec&, const DaylightSpec&) = default;
 };
 

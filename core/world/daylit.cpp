@@ -5,6 +5,7 @@
 #include "core/base/portable_math.h"
 #include "core/daylight/sky.h"
 #include "core/daylight/sun.h"
+#include "core/world/clouded_sky.h"
 #include "core/world/shape_model.h"
 
 namespace camrig::world {
@@ -60,12 +61,25 @@ void apply_daylight(Environment& environment, std::vector<Light>& lights) {
 }
 
 ModelRef daylit_sky(const Environment& environment, double radius_m) {
-    const daylight::Sky sky = sky_of(*environment.daylight);
+    const DaylightSpec& spec = *environment.daylight;
+    const daylight::Sky sky = sky_of(spec);
     const double per_lux = 1.0 / environment.lux.value();
     const glm::vec3 haze(near_horizon(sky) * per_lux);
-    return sky_model(radius_m, 2, [&](const glm::dvec3& towards) {
-        return towards.z < 0.0 ? haze : glm::vec3(sky.from(towards) * per_lux);
-    });
+    const auto model = [&](const auto& above, Image picture = {}) {
+        return sky_model(
+            radius_m, daylit_sky_fineness,
+            [&](const glm::dvec3& towards) { return towards.z < 0.0 ? haze : above(towards); }, std::move(picture));
+    };
+    const double clouds = cloud_share(spec);
+    if (clouds > 0.0 && clouds < 1.0) {
+        const CloudedSky clouded(-light_direction(spec), spec, per_lux);
+        return model([&](const glm::dvec3& towards) { return clouded.brightest(towards); }, clouded.picture());
+    }
+    const auto all_of = [&](const daylight::Sky& smooth) {
+        return model([&](const glm::dvec3& towards) { return glm::vec3(smooth.from(towards) * per_lux); });
+    };
+    if (clouds <= 0.0) return all_of(sky);
+    return all_of({-light_direction(spec), {.turbidity = spec.turbidity, .overcast = 1.0}});
 }
 
 void show_sky(StaticSet& statics) {

@@ -16,7 +16,6 @@ constexpr int cell_px = 32;
 constexpr std::uint8_t light_cell = 255, dark_cell = 232, line = 176, bold_line = 120;
 /// Lights are looked up and clipped by triangle; one of a kilometre would be too coarse for both.
 constexpr int ground_pieces = 16;
-constexpr int sky_columns = 48, sky_rows = 16;  ///< rows: from horizon to zenith, and as many below
 
 /// World axes (z up) to those of glTF, in which models are.
 glm::vec3 to_gltf(const glm::dvec3& p) {
@@ -61,7 +60,7 @@ struct Mesher {
 };
 
 ModelRef model_of(const char* name, Mesher mesher, Material material, std::vector<Image> images = {},
-                  double sky_radius_m = 0.0) {
+                  double sky_radius_m = 0.0, const Sampler& sampler = {}) {
     mesher.close();
     material.name = name;
     material.metallic = 0.0f;
@@ -72,7 +71,7 @@ ModelRef model_of(const char* name, Mesher mesher, Material material, std::vecto
     model->order = {0};
     model->meshes.push_back({.name = name, .primitives = {std::move(mesher.primitive)}, .weights = {}});
     for (std::size_t i = 0; i < images.size(); ++i)
-        model->textures.push_back({.image = static_cast<int>(i), .sampler = {}});
+        model->textures.push_back({.image = static_cast<int>(i), .sampler = sampler});
     model->images = std::move(images);
     model->materials.push_back(std::move(material));
     return model;
@@ -140,39 +139,59 @@ ModelRef make(const SkyShape& sky) {
     });
 }
 
+double sky_pan(int column, int columns) {
+    return -2.0 * std::numbers::pi * column / columns;
+}
+double sky_elevation(int row, int rows) {
+    const double part = static_cast<double>(row) / rows;
+    return 0.5 * std::numbers::pi * part * std::abs(part);
+}
+
 }  // namespace
 
 ModelRef shape_model(const Shape& shape) {
     return std::visit([](const auto& one) { return make(one); }, shape);
 }
 
-ModelRef sky_model(double radius_m, int fineness, const std::function<glm::vec3(const glm::dvec3& towards)>& color) {
-    using std::numbers::pi;
+glm::dvec3 sky_corner(int column, int columns, int row, int rows) {
+    const double pan = sky_pan(column, columns), elevation = sky_elevation(row, rows);
+    const double level = portable::cos(elevation);
+    return {level * portable::cos(pan), level * portable::sin(pan), portable::sin(elevation)};
+}
+
+ModelRef sky_model(double radius_m, int fineness, const std::function<glm::vec3(const glm::dvec3& towards)>& color,
+                   Image picture) {
     Mesher mesher;
     const int rows = sky_rows * fineness, columns = sky_columns * fineness;
+    const bool has_picture = !picture.rgba.empty();
     // A change of daylight makes all of this anew between two steps of the world: no sine twice, no vector grown.
     std::vector<glm::dvec2> around;
     for (int column = 0; column <= columns; ++column) {
-        // To the right for who looks at it from within.
-        const double pan = -2.0 * pi * column / columns;
+        const double pan = sky_pan(column, columns);
         around.emplace_back(portable::cos(pan), portable::sin(pan));
     }
     mesher.reserve(around.size() * static_cast<std::size_t>(2 * rows + 1));
     for (int row = -rows; row <= rows; ++row) {
-        // Finer near the horizon, where the colour changes fastest.
-        const double part = static_cast<double>(row) / rows;
-        const double elevation = 0.5 * pi * part * std::abs(part);
+        const double elevation = sky_elevation(row, rows);
         const double level = portable::cos(elevation), up = portable::sin(elevation);
-        for (const glm::dvec2& pan : around) {
-            const glm::dvec3 out(level * pan.x, level * pan.y, up);
-            mesher.corner(radius_m * out, -out, glm::dvec2(0.0));
+        for (std::size_t column = 0; column < around.size(); ++column) {
+            const glm::dvec3 out(level * around[column].x, level * around[column].y, up);
+            const glm::dvec2 uv(static_cast<double>(column) / columns, std::max(0.0, static_cast<double>(row) / rows));
+            mesher.corner(radius_m * out, -out, has_picture ? uv : glm::dvec2(0.0));
             mesher.primitive.colors.emplace_back(color(out), 1.0f);
         }
     }
     mesher.grid(columns, 2 * rows);
     Material material;
     material.unlit = true;
-    return model_of("sky", std::move(mesher), material, {}, radius_m);
+    std::vector<Image> images;
+    if (has_picture) {
+        material.base_color_texture.texture = 0;
+        images.push_back(std::move(picture));
+    }
+    // Smaller levels would be chosen by the columns, which are crowded at the zenith, and blur the rows there.
+    const Sampler sampler{.wrap_t = Wrap::clamp_to_edge, .mipmaps = false};
+    return model_of("sky", std::move(mesher), material, std::move(images), radius_m, sampler);
 }
 
 }  // namespace camrig::world

@@ -39,8 +39,16 @@ using Shape = std::variant<GroundShape, BoxShape, SkyShape>;
 
 ModelRef shape_model(const Shape& shape);
 
+/// Corners of a SkyShape: around, and from horizon to zenith; so many more are below.
+inline constexpr int sky_columns = 48, sky_rows = 16;
+/// Unit, z up. Columns go to the right for who looks at them from within; rows, from -rows to rows, are finer near the
+/// horizon, where the colour changes fastest.
+glm::dvec3 sky_corner(int column, int columns, int row, int rows);
+
 /// A SkyShape of any colours: of what is seen along a unit vector, z up. `fineness`: so many times as many corners
-/// around, and as many from horizon to zenith.
-ModelRef sky_model(double radius_m, int fineness, const std::function<glm::vec3(const glm::dvec3& towards)>& color);
+/// around, and as many from horizon to zenith. `picture`: a factor on the colours above the horizon, sRGB, from its
+/// first row, the horizon, to the zenith, and around as corners are; none: 1.
+ModelRef sky_model(double radius_m, int fineness, const std::function<glm::vec3(const glm::dvec3& towards)>& color,
+                   Image picture = {});
 
 }  // namespace camrig::world

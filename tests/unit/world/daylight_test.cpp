@@ -1,5 +1,9 @@
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <functional>
+#include <span>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -122,6 +126,139 @@ TEST(Daylight, GoesOnByEventsAndAtOnce) {
     ASSERT_TRUE(world->act(back.actions));
     EXPECT_NE(world->state_hash().value, before.value);
     EXPECT_EQ(world->snapshot(2 * ns_per_s)->statics->lights[0].intensity, noon->lights[0].intensity);
+}
+
+/// A sky alone, of a daylight.
+ModelRef sky_by(json daylight) {
+    const auto scene = load_scene(written(by_day(std::move(daylight))));
+    return scene ? (*scene)->models.at("sky").model : nullptr;
+}
+/// What is seen at a texel of the sky's picture: its factor, linear, on the colour of the nearest corner.
+glm::dvec3 seen_at(const Model& sky, int column, int row) {
+    const Image& picture = sky.images.at(0);
+    const Primitive& sphere = sky.meshes[0].primitives[0];
+    const glm::vec2 uv((column + 0.5f) / picture.size.width, (row + 0.5f) / picture.size.height);
+    const auto nearest = std::ranges::min_element(sphere.texcoords[0], {},
+                                                  [&](const glm::vec2& corner) { return glm::distance(corner, uv); });
+    const glm::dvec3 most(sphere.colors[static_cast<std::size_t>(nearest - sphere.texcoords[0].begin())]);
+    glm::dvec3 factor;
+    for (int i = 0; i < 3; ++i) {
+        const double code = picture.rgba[static_cast<std::size_t>(4 * (row * picture.size.width + column) + i)] / 255.0;
+        factor[i] = code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4);
+    }
+    return most * factor;
+}
+
+TEST(Clouds, AreNoneWithoutAShareAndTheSkyIsAsItWas) {
+    const json day{{"azimuth_deg", 90}, {"elevation_deg", 40}};
+    const auto with = [&](const json& more) {
+        json all = day;
+        all.update(more);
+        return sky_by(all);
+    };
+    const ModelRef plain = with(json::object()), none = with({{"clouds", 0}});
+    const ModelRef closed = with({{"overcast", 1}}), covered = with({{"clouds", 1}});
+    const ModelRef veiled = with({{"overcast", 0.5}, {"clouds", 0}});
+    for (const ModelRef& sky : {plain, none, closed, covered, veiled}) {
+        ASSERT_TRUE(sky);
+        EXPECT_TRUE(sky->images.empty());
+        EXPECT_EQ(sky->materials[0].base_color_texture.texture, -1);
+        for (const glm::vec2& uv : sky->meshes[0].primitives[0].texcoords[0]) ASSERT_EQ(uv, glm::vec2(0.0f));
+    }
+    const auto colors = [](const ModelRef& sky) { return sky->meshes[0].primitives[0].colors; };
+    EXPECT_EQ(colors(plain), colors(none));
+    EXPECT_NE(colors(plain), colors(veiled));
+    // Above the horizon; below it is what the light of the scene makes of it.
+    const auto above = [&](const ModelRef& sky) {
+        const auto all = colors(sky);
+        return std::vector(all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2 + 49), all.end());
+    };
+    EXPECT_EQ(above(closed), above(covered));
+    EXPECT_THAT(
+        load_scene(written(by_day({{"azimuth_deg", 1}, {"elevation_deg", 2}, {"clouds", 1.5}}))).error().message,
+        HasSubstr("environment.daylight.clouds: "));
+}
+
+TEST(Clouds, AreAPictureOnTheSkyAndNothingElseOfTheScene) {
+    const json day{{"azimuth_deg", 90}, {"elevation_deg", 40}};
+    json clouded = day;
+    clouded["clouds"] = 0.4;
+    const auto clear = load_scene(written(by_day(day))), scene = load_scene(written(by_day(clouded)));
+    ASSERT_TRUE(clear && scene);
+    EXPECT_EQ((*scene)->environment.ambient_sky, (*clear)->environment.ambient_sky);
+    EXPECT_EQ((*scene)->environment.background, (*clear)->environment.background);
+    EXPECT_EQ((*scene)->lights[0].intensity, (*clear)->lights[0].intensity);
+
+    const Model& sky = *(*scene)->models.at("sky").model;
+    ASSERT_EQ(sky.images.size(), 1u);
+    const Image& picture = sky.images[0];
+    const auto first_row = std::span(picture.rgba).first(static_cast<std::size_t>(4 * picture.size.width));
+    EXPECT_TRUE(std::ranges::all_of(first_row, [](std::uint8_t code) { return code == 255; })) << "of all below";
+    const Primitive& sphere = sky.meshes[0].primitives[0];
+    const Primitive& before = (*clear)->models.at("sky").model->meshes[0].primitives[0];
+    ASSERT_EQ(sphere.positions, before.positions);
+    std::size_t below = 0;
+    for (std::size_t i = 0; i < sphere.positions.size(); ++i) {
+        if (sphere.positions[i].y > 1e-4f) continue;
+        ++below;
+        ASSERT_EQ(sphere.texcoords[0][i].y, 0.0f);
+        ASSERT_LT(glm::distance(sphere.colors[i], before.colors[i]), 1e-6f);
+    }
+    EXPECT_GT(below, sphere.positions.size() / 2);
+
+    // Beside its seam the picture is as smooth as elsewhere.
+    const auto step = [&](int column) {
+        double sum = 0.0;
+        for (int row = 0; row < picture.size.height; ++row) {
+            const auto code = [&](int at) {
+                return int{picture.rgba[static_cast<std::size_t>(4 * (row * picture.size.width + at))]};
+            };
+            sum += std::abs(code(column) - code((column + 1) % picture.size.width));
+        }
+        return sum;
+    };
+    double most = 0.0;
+    for (int column = 0; column < picture.size.width - 1; ++column) most = std::max(most, step(column));
+    EXPECT_LE(step(picture.size.width - 1), most);
+    // The same again, byte for byte.
+    EXPECT_EQ(sky_by(clouded)->images[0].rgba, picture.rgba);
+}
+
+TEST(Clouds, AreBrightByDayColouredInTheEveningAndDarkAtNight) {
+    /// Means over the half of the sky away from the sun in the east, 15 to 50 degrees up: of the brightest tenth of a
+    /// sky, and of all of it.
+    const auto seen = [](double elevation_deg, double clouds) {
+        const ModelRef sky = sky_by({{"azimuth_deg", 90}, {"elevation_deg", elevation_deg}, {"clouds", clouds}});
+        std::vector<glm::dvec3> all;
+        for (int row = 104; row < 190; row += 6)
+            for (int column = 640; column < 1408; column += 16) all.push_back(seen_at(*sky, column, row));
+        std::ranges::sort(all, std::greater(), [](const glm::dvec3& color) { return color.g; });
+        const auto mean = [&](std::size_t count) {
+            glm::dvec3 sum(0.0);
+            for (std::size_t i = 0; i < count; ++i) sum += all[i];
+            return sum / double(count);
+        };
+        return std::pair(mean(all.size() / 10), mean(all.size()));
+    };
+    const auto noon = seen(55, 0.35), few = seen(55, 0.001), dusk = seen(2, 0.35), night = seen(-20, 0.35);
+    EXPECT_GT(noon.first.g, 2.0 * few.first.g) << "white before blue";
+    EXPECT_GT(noon.first.r / noon.first.b, 1.2 * few.second.r / few.second.b);
+    EXPECT_LT(noon.first.g, 1.0) << "no whiter than paper in the sun";
+    EXPECT_GT(dusk.first.r, 1.3 * dusk.first.b);
+    EXPECT_LT(night.first.g, 1e-6 * noon.first.g);
+}
+
+TEST(Clouds, ComeByEvents) {
+    const auto scene = load_scene(written(by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}})));
+    ASSERT_TRUE(scene);
+    auto world = World::create(std::make_shared<Scene>(**scene), 1).value();
+    world->advance_to(0);
+    const StateHash before = world->state_hash();
+    ASSERT_TRUE(world->act(event(R"({"name": "x", "when": {"at_s": 99}, "do": [{"action": "environment",
+                                     "daylight": {"azimuth_deg": 90, "elevation_deg": 60, "clouds": 0.3}}]})")
+                               .actions));
+    EXPECT_EQ(world->snapshot(0)->statics->objects[0].info->model->images.size(), 1u);
+    EXPECT_NE(world->state_hash().value, before.value);
 }
 
 TEST(Act, DoesWhatAnEventWouldOrNothingWhereANameIsUnknown) {

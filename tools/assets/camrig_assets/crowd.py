@@ -113,7 +113,7 @@ def scene():
     scene = Scene("crowd", "A town square by day with a hundred people who stroll, cross it, talk and sit.", seed=1)
     scene.data["environment"] = {
         "lux": 100e3,
-        "daylight": {"azimuth_deg": 230, "elevation_deg": 50, "turbidity": 4, "ground": (0.3, 0.28, 0.25)},
+        "daylight": {"azimuth_deg": 230, "elevation_deg": 50, "turbidity": 4, "clouds": 0.3, "ground": (0.3, 0.28, 0.25)},
         "exposure": 1.6,
     }
     scene.model("square", "crowd/square.glb")
