@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -214,13 +215,37 @@ public:
                 }
             }
         } else {
-            for (std::size_t i = 0; i < size; ++i)
-                made[i] = gathered<Isa>(attribute.of_mesh + i, vertex * attribute.stride);
+            load(attribute, vertex, made);
         }
         return made;
     }
 
 protected:
+    /// A vertex's values lie beside each other: by few whole loads, where gathers would take most of the time.
+    template <std::size_t size>
+    CAMRIG_LANES static void load(const CornerAttribute& attribute, IntLanes vertex, std::array<Lanes, size>& to) {
+        static_assert(2 <= size && size <= 4);
+        if constexpr (size == 2) {  // coordinates of textures, with nothing between them
+            // Ordered so that no shuffle has to cross the halves of a vector.
+            const IntLanes order = __builtin_shufflevector(vertex, vertex, 0, 1, 4, 5, 2, 3, 6, 7);
+            const auto* const pairs = reinterpret_cast<const std::int64_t*>(attribute.of_mesh);
+            Words4 low, high;
+            Isa::template gather<0>(pairs, order, low);
+            Isa::template gather<1>(pairs, order, high);
+            const auto a = reinterpret_cast<Lanes>(low), b = reinterpret_cast<Lanes>(high);
+            to[0] = __builtin_shufflevector(a, b, 0, 2, 8, 10, 4, 6, 12, 14);
+            to[1] = __builtin_shufflevector(a, b, 1, 3, 9, 11, 5, 7, 13, 15);
+        } else {
+            // Four words where three are wanted begin one before them, but for the first vertex: none behind the last.
+            const IntLanes before = size == 3 ? vertex > 0 : IntLanes{};
+            const auto* const words = reinterpret_cast<const std::int32_t*>(attribute.of_mesh);
+            Quads four;
+            Isa::quads(words, vertex * attribute.stride + before, four);
+            for (std::size_t i = 0; i < size; ++i)
+                to[i] = reinterpret_cast<Lanes>(before ? four[std::min<std::size_t>(i + 1, 3)] : four[i]);
+        }
+    }
+
     struct Edge {
         Doubles dx, dy, from_x, from_y;
 

@@ -57,16 +57,25 @@ CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const 
     // The 3x3 tent that I. Castano (Shadow mapping summary, 2013) has in four bilinear fetches, texel by texel.
     const Lanes column = shadow_corner(place.column), row = shadow_corner(place.row);
     const Lanes s = clamp01(place.column + 0.5f - column), t = clamp01(place.row + 0.5f - row);
-    IntLanes first = (truncated(row) - 2) * shadow_stride + truncated(column) - 2;
-    if (has_movers) {
-        first += gathered<Isa>(map.movers, shadow_tile_of(column, row));
-    }
+    const IntLanes tile = shadow_tile_of(column, row);
+    const IntLanes of_movers = has_movers ? gathered<Isa>(map.movers, tile) : IntLanes{};
+
+    // Most points lie where all texels around are nearer to the light than they are, or none.
+    const Lanes least = gathered<Isa>(&map.bounds->least, tile * 2), most = gathered<Isa>(&map.bounds->most, tile * 2);
+    const IntLanes is_lit = most <= place.depth, is_known = (is_lit | (least > place.depth)) & (of_movers == 0);
+    const Lanes down = ((1.0f - t + (2.0f - t)) + (1.0f + t)) + t;
+    Lanes sum = (down * (1.0f - s) + down * (2.0f - s)) + (down * (1.0f + s) + down * s);
+    sum = is_lit ? sum : Lanes{};
+
+    const IntLanes first =
+        (truncated(row) - shadow_filter_before) * shadow_stride + truncated(column) - shadow_filter_before + of_movers;
     using Floats4 = float __attribute__((vector_size(16)));
-    Lanes sum{};
-    for (int k = 0; k < lane_count; ++k) {
+    static_assert(shadow_filter_before + 1 + shadow_filter_behind == 4);
+    for (unsigned left = Isa::bits(~is_known); left != 0; left &= left - 1) {
+        const int k = std::countr_zero(left);
         const float* from = map.texels + first[k];
-        const float depth = place.depth[k], down = t[k], right = s[k];
-        const std::array<float, 4> weights{1.0f - down, 2.0f - down, 1.0f + down, down};
+        const float depth = place.depth[k], below = t[k], right = s[k];
+        const std::array<float, 4> weights{1.0f - below, 2.0f - below, 1.0f + below, below};
         Floats4 lit{};
         for (std::size_t r = 0; r < 4; ++r, from += shadow_stride) {
             Floats4 texels;

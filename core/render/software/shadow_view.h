@@ -18,6 +18,13 @@ inline constexpr std::size_t shadow_texels_of_map = static_cast<std::size_t>(sha
 /// Movers are noted by squares of so many texels a side.
 inline constexpr int shadow_tile = 16;
 inline constexpr int shadow_tiles = shadow_stride / shadow_tile;
+/// Texels that the filter reads before and behind the corner that it begins at, along each side.
+inline constexpr int shadow_filter_before = 2, shadow_filter_behind = 1;
+
+/// Between what depths all texels are that a filter in a tile may read. Of what stands still.
+struct ShadowBounds {
+    float least, most;
+};
 
 /// A map of a light for one view; those of one light come after each other. Depth in it is reversed: what is nearer to
 /// the light has more.
@@ -30,6 +37,7 @@ struct ShadowInView {
     const float* texels = nullptr;  ///< of what stands still; behind them come as many of that and of what moves
     /// By tile: 0, or where a mover may be in the way of a look-up that begins there, shadow_texels_of_map.
     const std::int32_t* movers = nullptr;
+    const ShadowBounds* bounds = nullptr;  ///< by tile
 };
 
 }  // namespace camrig::render::software

@@ -123,6 +123,23 @@ void SoftwareShadows::mark_movers(Map& map) const {
     }
 }
 
+void SoftwareShadows::find_bounds(Map& map) {
+    map.bounds.clear();
+    map.bounds.reserve(std::size_t{shadow_tiles} * shadow_tiles);
+    constexpr int around = std::max(shadow_filter_before, shadow_filter_behind);
+    for (int row = 0; row < shadow_tiles; ++row) {
+        for (int column = 0; column < shadow_tiles; ++column) {
+            const PixelRect rect = texels_of_tile(column, row, around);
+            ShadowBounds& made = map.bounds.emplace_back(still(map)(rect.y0)[rect.x0], still(map)(rect.y0)[rect.x0]);
+            for (int y = rect.y0; y < rect.y1; ++y) {
+                const float* const texels = still(map)(y);
+                const auto [least, most] = std::minmax_element(texels + rect.x0, texels + rect.x1);
+                made = {std::min(made.least, *least), std::max(made.most, *most)};
+            }
+        }
+    }
+}
+
 void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primitives, ThreadTeam& team,
                              std::atomic<TimeNs>& cpu_ns, bool wide_lanes, bool has_detail_levels) {
     const auto run = [&](std::size_t count, const auto& work) {
@@ -162,6 +179,7 @@ void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primit
             add_casters(maps_[i], scene, primitives, true, 0.0, wide_lanes);
         });
         draw(still);
+        run(maps_.size(), [&](std::size_t i) { find_bounds(maps_[i]); });
         for (Map& map : maps_) map.geometry = {};  // of a large scene, more than the maps
     }
     const auto error_of = [&](const Map& map) { return has_detail_levels ? 0.5 * map.view.texel_m : 0.0; };
@@ -204,6 +222,7 @@ std::vector<ShadowInView> SoftwareShadows::in_view(const ViewTransform& t) const
         in.texel_per_m = static_cast<float>(view.texel_per_m);
         in.texels = map.texels;
         in.movers = map.movers.data();
+        in.bounds = map.bounds.data();
     }
     return made;
 }

@@ -42,12 +42,14 @@ private:
         std::unique_ptr<std::byte[]> memory;  ///< of both layers; what nobody writes takes none
         float* texels = nullptr;              ///< in it
         std::vector<std::int32_t> movers;     ///< by tile, as ShadowInView::movers
+        std::vector<ShadowBounds> bounds;     ///< by tile
         ViewGeometry geometry;
     };
     void plan(const scene::PlacedScene& scene);
     void add_casters(Map& map, const scene::PlacedScene& scene, const Primitives& primitives, bool of_statics,
                      double max_error_m, bool wide_lanes) const;
     void mark_movers(Map& map) const;
+    static void find_bounds(Map& map);
     static Rows<float> still(const Map& map) { return {map.texels, shadow_stride}; }
     static Rows<float> moving(const Map& map) { return {map.texels + shadow_texels_of_map, shadow_stride}; }
 
