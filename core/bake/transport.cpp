@@ -115,7 +115,7 @@ Transport find_transport(const RayScene& scene, const LightMap& map, std::span<c
     probes.find_probes(made, 0.05);
     probes.find_reflections(made, 0.01);
     made.texels = light.take_texels();
-    made.is_whole = true;
+    made.is_whole = !team.is_ended();
     return made;
 }
 

@@ -135,17 +135,16 @@ glm::vec3 CloudedSky::brightest(const glm::dvec3& towards) const {
 Image CloudedSky::picture() const {
     static const Encoder encoded;
     constexpr int width = Clouds::columns, height = Clouds::rows;
-    // Between the corners of the sky's model the renderer mixes colours; here it is the same.
+    // A texel is what is seen there, divided by what the renderer mixes there of the colours of the model's corners.
     constexpr int grid_columns = daylit_sky_fineness * sky_columns, grid_rows = daylit_sky_fineness * sky_rows;
     struct Corner {
-        glm::vec3 clear, inverse;  ///< of brightest(): what is behind the clouds, and 1 over it
+        glm::vec3 clear, most;  ///< behind the clouds, and the corner's colour
     };
     std::vector<Corner> corners;
     for (int row = 0; row <= grid_rows; ++row)
         for (int column = 0; column <= grid_columns; ++column) {
             const glm::dvec3 towards = sky_corner(column, grid_columns, row, grid_rows);
-            const glm::vec3 inverse = 1.0f / glm::max(brightest(towards), glm::vec3(1e-20f));
-            corners.push_back({glm::min(behind(towards) * inverse, glm::vec3(1.0f)), inverse});
+            corners.push_back({behind(towards), glm::max(brightest(towards), glm::vec3(1e-20f))});
         }
     std::vector<Between> places;
     std::vector<glm::vec2> pans;
@@ -163,7 +162,7 @@ Image CloudedSky::picture() const {
         for (std::size_t i = 0; i < line.size(); ++i) {
             const Corner& low = corners[below * line.size() + i];
             const Corner& high = corners[(below + 1) * line.size() + i];
-            line[i] = {glm::mix(low.clear, high.clear, share), glm::mix(low.inverse, high.inverse, share)};
+            line[i] = {glm::mix(low.clear, high.clear, share), glm::mix(low.most, high.most, share)};
         }
         const double elevation = Clouds::elevation_of(row), up = portable::sin(elevation);
         const auto level = static_cast<float>(portable::cos(elevation)), rise = static_cast<float>(up);
@@ -173,7 +172,10 @@ Image CloudedSky::picture() const {
         std::uint8_t* texel = image.rgba.data() + std::size_t{4} * width * static_cast<std::size_t>(row);
         for (std::size_t column = 0; column < width; ++column, texel += 4) {
             const auto [first, part] = places[column];
-            glm::vec3 seen = line[first].clear + (line[first + 1].clear - line[first].clear) * part;
+            const auto between = [&](glm::vec3 Corner::* of) {
+                return line[first].*of + (line[first + 1].*of - line[first].*of) * part;
+            };
+            glm::vec3 seen = between(&Corner::clear);
             const daylight::CloudSight& cloud = sights[column];
             if (cloud.opacity > 0) {
                 constexpr float unit = 1.0f / 255.0f;
@@ -187,9 +189,9 @@ Image CloudedSky::picture() const {
                     thin * (through + before_sun * glow_beside(glm::dot(towards, to_sun_)) * (1.0f - 0.8f * opacity));
                 const glm::vec3 shines =
                     light(of_sun, unit * static_cast<float>(cloud.height)) * (1.0f - closed_share_) + closed_light;
-                const glm::vec3 inverse = line[first].inverse + (line[first + 1].inverse - line[first].inverse) * part;
-                seen += (shines * inverse - seen) * (opacity * air);
+                seen += (shines - seen) * (opacity * air);
             }
+            seen = glm::min(seen / between(&Corner::most), glm::vec3(1.0f));
             for (int i = 0; i < 3; ++i) texel[i] = encoded(seen[i]);
         }
     }

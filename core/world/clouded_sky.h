@@ -19,7 +19,7 @@ namespace camrig::world {
 /// distance they fade into the sky over the horizon, and as they close they become the sky of an overcast day.
 class CloudedSky {
 public:
-    /// to_sun: unit. spec.clouds over 0 and below 1; per_lux: white of the scene in lux, inverse.
+    /// to_sun: unit. The share of clouds is over 0 and below 1; per_lux: white of the scene in lux, inverse.
     CloudedSky(const glm::dvec3& to_sun, const DaylightSpec& spec, double per_lux);
 
     /// At least what can be seen in a direction, in each channel. On the horizon it is the sky without clouds.

@@ -181,6 +181,19 @@ TEST(Bake, EndsWhenItIsTold) {
     EXPECT_EQ(light.error().kind, ErrorKind::unavailable);
 }
 
+TEST(Bake, IsNoneWhenItIsToldToEndInItsLastParts) {
+    const auto scene = scene_of({ground, {"block", {1, 0, 0}, {1, 2, 1.5}, 0.7}});
+    for (const double last : {0.93, 0.96}) {  // while the map is smoothed, and while places are looked at
+        bool was_told = false;
+        const auto light = bake(scene, {.texels_per_m = 4.0, .rays = 64, .threads = 1, .progress = [&](double done) {
+                                            was_told |= done >= last;
+                                            return !was_told;
+                                        }});
+        EXPECT_TRUE(was_told) << last;
+        EXPECT_FALSE(light.has_value()) << last;
+    }
+}
+
 TEST(Bake, MapsThatWouldBeTooLargeHaveFewerTexels) {
     const auto scene = scene_of({ground});
     const world::BakedLight light = baked(scene, {.texels_per_m = 200.0, .max_side = 256, .rays = 16});

@@ -224,6 +224,47 @@ TEST(Clouds, AreAPictureOnTheSkyAndNothingElseOfTheScene) {
     EXPECT_EQ(sky_by(clouded)->images[0].rgba, picture.rgba);
 }
 
+/// The factor of the sky's picture anywhere, linear: between texels as renderers filter.
+glm::dvec3 factor_at(const Image& picture, const glm::vec2& uv) {
+    const glm::dvec2 at = glm::dvec2(uv) * glm::dvec2(picture.size.width, picture.size.height) - 0.5;
+    glm::dvec3 sum(0.0);
+    for (int corner = 0; corner < 4; ++corner) {
+        const glm::dvec2 first = glm::floor(at), share = at - first;
+        const int dx = corner % 2, dy = corner / 2;
+        const int column = (static_cast<int>(first.x) + dx + picture.size.width) % picture.size.width;
+        const int row = std::clamp(static_cast<int>(first.y) + dy, 0, picture.size.height - 1);
+        const double weight = (dx == 1 ? share.x : 1.0 - share.x) * (dy == 1 ? share.y : 1.0 - share.y);
+        for (int i = 0; i < 3; ++i) {
+            const double code =
+                picture.rgba[static_cast<std::size_t>(4 * (row * picture.size.width + column) + i)] / 255.0;
+            sum[i] += weight * (code <= 0.04045 ? code / 12.92 : std::pow((code + 0.055) / 1.055, 2.4));
+        }
+    }
+    return sum;
+}
+
+TEST(Clouds, LeaveTheSkyBesideThemAsItIsBetweenTheCornersToo) {
+    // A low sun in haze: colours change fastest from corner to corner.
+    const json day{{"azimuth_deg", 90}, {"elevation_deg", 5}, {"turbidity", 10}};
+    json clouded = day;
+    clouded["clouds"] = 0.02;
+    const ModelRef plain = sky_by(day), sky = sky_by(clouded);
+    const Primitive &before = plain->meshes[0].primitives[0], &sphere = sky->meshes[0].primitives[0];
+    std::vector<double> errors;
+    for (std::size_t i = 0; i + 1 < sphere.positions.size(); ++i) {
+        const glm::vec2 &uv = sphere.texcoords[0][i], &next = sphere.texcoords[0][i + 1];
+        if (uv.y < 0.1f || uv.y > 0.9f || uv.y != next.y) continue;
+        const auto mixed = [&](const Primitive& of) {
+            return 0.5 * (glm::dvec3(of.colors[i]) + glm::dvec3(of.colors[i + 1]));
+        };
+        const glm::dvec3 seen = mixed(sphere) * factor_at(sky->images[0], 0.5f * (uv + next));
+        errors.push_back(std::abs(seen.g / mixed(before).g - 1.0));
+    }
+    std::ranges::sort(errors);
+    ASSERT_GT(errors.size(), 1000u);
+    EXPECT_LT(errors[errors.size() * 9 / 10], 0.005) << "of all but where there are clouds";
+}
+
 TEST(Clouds, AreBrightByDayColouredInTheEveningAndDarkAtNight) {
     /// Means over the half of the sky away from the sun in the east, 15 to 50 degrees up: of the brightest tenth of a
     /// sky, and of all of it.

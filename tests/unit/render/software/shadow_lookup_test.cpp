@@ -1,0 +1,113 @@
+#include "core/render/software/shadow_lookup.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/base/random.h"
+
+// What bounds of tiles spare a look-up, and that it is none the worse for it.
+namespace camrig::render::software {
+namespace {
+
+constexpr float infinity = std::numeric_limits<float>::infinity();
+constexpr std::size_t tile_count = std::size_t{shadow_tiles} * shadow_tiles;
+
+// The filter lies in the map wherever it begins, and movers are noted as far around as it reaches.
+static_assert(shadow_pad - 2 - shadow_filter_before >= 0);
+static_assert(shadow_pad + shadow_map_side + 2 + shadow_filter_behind < shadow_stride);
+static_assert(std::max(shadow_filter_before, shadow_filter_behind) <= shadow_filter_texels);
+
+class NumbersOfMaps {
+public:
+    float uniform(double low, double high) {
+        return static_cast<float>(low + (high - low) * random_unit(11, 0, counter_++));
+    }
+
+private:
+    std::uint64_t counter_ = 0;
+};
+
+/// A map whose points are its texels: x and y are column and row, z the depth. Of plains and steps, empty around.
+struct TestedMap {
+    std::vector<float> texels;
+    std::vector<std::int32_t> movers;
+    std::vector<ShadowBounds> bounds;
+
+    ShadowInView seen() const {
+        ShadowInView made;
+        made.rows = {glm::vec4(1, 0, 0, 0), glm::vec4(0, 1, 0, 0), glm::vec4(0, 0, 1, 0), glm::vec4(0, 0, 0, 1)};
+        made.texels = texels.data();
+        made.movers = movers.data();
+        made.bounds = bounds.data();
+        return made;
+    }
+};
+TestedMap made_shadow_map(NumbersOfMaps& numbers) {
+    TestedMap map{.texels = std::vector<float>(2 * shadow_texels_of_map, -infinity),
+                  .movers = std::vector<std::int32_t>(tile_count, 0),
+                  .bounds = {}};
+    for (int i = 0; i < 4000; ++i) {
+        const int x0 = static_cast<int>(numbers.uniform(shadow_pad, shadow_pad + shadow_map_side - 90));
+        const int y0 = static_cast<int>(numbers.uniform(shadow_pad, shadow_pad + shadow_map_side - 90));
+        const int side = static_cast<int>(numbers.uniform(1, 90));
+        const float depth = numbers.uniform(0.0, 1.0);
+        for (int y = y0; y < y0 + side; ++y)
+            std::fill_n(map.texels.begin() + std::ptrdiff_t{y} * shadow_stride + x0, side, depth);
+    }
+    // Of movers, in every seventh tile, something else everywhere.
+    std::fill(map.texels.begin() + shadow_texels_of_map, map.texels.end(), 0.4f);
+    for (std::size_t tile = 0; tile < tile_count; tile += 7)
+        map.movers[tile] = static_cast<std::int32_t>(shadow_texels_of_map);
+    for (int row = 0; row < shadow_tiles; ++row) {
+        for (int column = 0; column < shadow_tiles; ++column) {
+            ShadowBounds& made = map.bounds.emplace_back(infinity, -infinity);
+            for (int y = row * shadow_tile - 2; y < (row + 1) * shadow_tile + 2; ++y) {
+                for (int x = column * shadow_tile - 2; x < (column + 1) * shadow_tile + 2; ++x) {
+                    if (x < 0 || y < 0 || x >= shadow_stride || y >= shadow_stride) continue;
+                    const float texel = map.texels[static_cast<std::size_t>(y * shadow_stride + x)];
+                    made = {std::min(made.least, texel), std::max(made.most, texel)};
+                }
+            }
+        }
+    }
+    return map;
+}
+
+TEST(ShadowLookup, HasTheSameBitsWhetherTilesAreBoundedOrNot) {
+    NumbersOfMaps numbers;
+    const TestedMap map = made_shadow_map(numbers);
+    const std::vector<ShadowBounds> none(tile_count, {-infinity, infinity});
+    ShadowInView bounded = map.seen(), unbounded = map.seen();
+    unbounded.bounds = none.data();
+    int lit = 0, dark = 0, between = 0;
+    for (int i = 0; i < 40000; ++i) {
+        Lanes3 at;
+        for (int k = 0; k < lane_count; ++k) {
+            at.x[k] = numbers.uniform(-20.0, shadow_stride + 20.0);
+            at.y[k] = numbers.uniform(-20.0, shadow_stride + 20.0);
+            at.z[k] = numbers.uniform(-0.1, 1.1);
+        }
+        // What no number is has some light, and the same.
+        if (i % 1000 == 0) at.z[3] = std::numeric_limits<float>::quiet_NaN();
+        if (i % 1000 == 1) at.x[5] = std::numeric_limits<float>::quiet_NaN();
+        if (i % 1000 == 2) at.z[1] = infinity;
+        const Lanes3 n{lanes(0.0f), lanes(0.0f), lanes(1.0f)};
+        const bool has_movers = i % 2 == 0;
+        const Lanes some = share_in_map<PlainIsa>(bounded, has_movers, at, n, lanes(1.0f));
+        const Lanes same = share_in_map<PlainIsa>(unbounded, has_movers, at, n, lanes(1.0f));
+        for (int k = 0; k < lane_count; ++k) {
+            ASSERT_EQ(some[k], same[k]) << at.x[k] << " " << at.y[k] << " " << at.z[k];
+            ++(some[k] > 0.999f ? lit : some[k] == 0.0f ? dark : between);
+        }
+    }
+    EXPECT_GT(lit, 10000);
+    EXPECT_GT(dark, 10000);
+    EXPECT_GT(between, 1000);
+}
+
+}  // namespace
+}  // namespace camrig::render::software
