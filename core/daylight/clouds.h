@@ -43,7 +43,8 @@ private:
     std::vector<CloudSight> sights_;
 };
 
-/// Clouds that are kept until another share is asked for. Others take tens of milliseconds, and who asks meanwhile waits.
+/// Clouds that are kept until another share is asked for. Others take tens of milliseconds, and who asks meanwhile
+/// waits.
 std::shared_ptr<const Clouds> clouds_of(double share);
 
 }  // namespace camrig::daylight
