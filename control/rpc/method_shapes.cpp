@@ -127,7 +127,8 @@ nothing to a socket that another user made.
 
 The rig makes a new key at every start and writes it into its private folder, mode 0600:
 `$XDG_RUNTIME_DIR/camrig/127.0.0.1:8080.key`, else `/tmp/camrig-$UID/127.0.0.1:8080.key`, one for each address and port
-(`key_file` of `server.info`). Clients of the same user (Python, C++, `camrig --control HOST:PORT`) read it by themselves,
+(`key_file` of `server.info`). It is locked (`flock`) while the rig lives; what a killed rig left is not believed, and the
+next rig removes it. Clients of the same user (Python, C++, `camrig --control HOST:PORT`) read it by themselves,
 and the link that `camrig serve` prints brings it to the web page. By hand:
 
 ```

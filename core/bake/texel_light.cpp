@@ -16,6 +16,10 @@ using world::LightSource;
 constexpr int rays_of_place = 16, most_insides = 2;
 /// Beside them, so many to lamps.
 constexpr int lamp_rays_of_place = 4;
+/// Whether a side of something thin is seen is told by so many rays: by what of their light comes from farther than
+/// this.
+constexpr int rays_of_side = 64;
+constexpr float seen_from_m = 3.0f;
 /// A bounce that adds no more than this to any layer is the last.
 constexpr double settled_share = 0.003;
 
@@ -33,6 +37,17 @@ void each_neighbor(const LightMap& map, const MapTexel& texel, int reach, const 
     }
 }
 
+/// Which side of a place light falls on, and how much that counts: by its angle, and by who sees the side.
+struct LitSide {
+    glm::vec3 side;
+    float cosine;
+};
+LitSide lit_side(const MapPlace& place, const glm::vec3& towards, float front_share) {
+    const float cosine = glm::dot(place.normal, towards);
+    if (glm::dot(place.side, towards) > 0.0f) return {place.side, cosine * front_share};
+    return {-place.side, -cosine * (1.0f - front_share)};
+}
+
 }  // namespace
 
 TexelLight::TexelLight(const RayScene& scene, const LightMap& map, std::span<const Source> sources,
@@ -47,7 +62,23 @@ TexelLight::TexelLight(const RayScene& scene, const LightMap& map, std::span<con
     }
 }
 
-glm::vec3 TexelLight::direct(const MapPlace& place, std::size_t lamp, bool both_sides) const {
+float TexelLight::front_share(const MapTexel& texel) const {
+    if (!scene_.surfaces()[texel.surface].material->double_sided) return 1.0f;
+    const MapPlace place = map_.place(texel);
+    if (place.side == glm::vec3(0.0f)) return 0.5f;
+    const Basis basis(place.side);
+    const glm::vec2 shift = shift_of(0, texel.index);
+    // As long as nothing is known both are seen alike.
+    float front = 1.0f, back = 1.0f;
+    for (int i = 0; i < rays_of_side; ++i) {
+        const glm::vec3 along = basis.turned(by_cosine(spread_point(i, shift))), lift = place.side * lift_m;
+        front += scene_.open_share({place.position + lift, along, seen_from_m});
+        back += scene_.open_share({place.position - lift, -along, seen_from_m});
+    }
+    return front / (front + back);
+}
+
+glm::vec3 TexelLight::direct(const MapPlace& place, std::size_t lamp, float front_share) const {
     const render::scene::LightInView& in_view = of_strength_1_[lamp];
     glm::vec3 towards = in_view.towards;
     float share = 1.0f, length = 1e30f;
@@ -57,33 +88,21 @@ glm::vec3 TexelLight::direct(const MapPlace& place, std::size_t lamp, bool both_
         share = at.share;
         length = glm::length(in_view.position - place.position) - lift_m;
     }
-    float cosine = glm::dot(place.normal, towards);
-    glm::vec3 side = place.side;
-    if (both_sides) {
-        if (glm::dot(place.side, towards) < 0.0f) side = -side;
-        cosine = 0.5f * std::abs(cosine);
-    } else if (glm::dot(place.side, towards) <= 0.0f) {
-        return glm::vec3(0.0f);
-    }
-    if (!(cosine > 0.0f) || !(share > 0.0f)) return glm::vec3(0.0f);
-    return glm::vec3(cosine * share * scene_.open_share({place.position + side * lift_m, towards, length}));
+    const LitSide lit = lit_side(place, towards, front_share);
+    if (!(lit.cosine > 0.0f) || !(share > 0.0f)) return glm::vec3(0.0f);
+    return glm::vec3(lit.cosine * share * scene_.open_share({place.position + lit.side * lift_m, towards, length}));
 }
 
-glm::vec3 TexelLight::of_area_lamps(const MapPlace& place, bool both_sides, const std::vector<float>& sums, int first,
+glm::vec3 TexelLight::of_area_lamps(const MapPlace& place, float front_share, const std::vector<float>& sums, int first,
                                     int rays, const glm::vec2& shift) const {
     glm::vec3 sum(0.0f);
     for (int i = first; i < first + rays; ++i) {
         const auto lamp = area_lamps_.sample(sums, place.position, spread_point(i, shift));
         if (!lamp) continue;
-        float cosine = glm::dot(place.normal, lamp->towards);
-        glm::vec3 side = place.side;
-        if (both_sides) {
-            if (glm::dot(place.side, lamp->towards) < 0.0f) side = -side;
-            cosine = 0.5f * std::abs(cosine);
-        }
-        if (!(cosine > 0.0f) || glm::dot(side, lamp->towards) <= 0.0f) continue;
-        const Ray ray{place.position + side * lift_m, lamp->towards, lamp->distance - 2.0f * lift_m};
-        sum += lamp->light * (cosine * scene_.open_share(ray));
+        const LitSide lit = lit_side(place, lamp->towards, front_share);
+        if (!(lit.cosine > 0.0f)) continue;
+        const Ray ray{place.position + lit.side * lift_m, lamp->towards, lamp->distance - 2.0f * lift_m};
+        sum += lamp->light * (lit.cosine * scene_.open_share(ray));
     }
     return sum / static_cast<float>(rays);
 }
@@ -94,11 +113,13 @@ void TexelLight::find_direct() {
     for (auto* const all : {&direct_, &light_, &radiance_})
         all->assign(sources_.size(), std::vector<glm::vec3>(texels.size()));
     albedo_.resize(texels.size());
+    front_shares_.resize(texels.size());
     is_open_.resize(texels.size());
     team_.run(texels.size(), 0.02, BakeTeam::usual_block, [&](std::size_t i) {
         const MapTexel& texel = texels[i];
         const world::Material& material = *scene_.surfaces()[texel.surface].material;
         const glm::vec2 shift = shift_of(1, texel.index);
+        front_shares_[i] = front_share(texel);
         for (int k = 0; k < points; ++k) {
             const MapPlace place = map_.place(texel, spread_point(k, shift) - 0.5f);
             const glm::vec3 base(scene_.base_color(texel.surface, texel.triangle, place.shares));
@@ -108,7 +129,7 @@ void TexelLight::find_direct() {
                           static_cast<float>(points);
             for (std::size_t layer = 0; layer < sources_.size(); ++layer)
                 for (const std::size_t lamp : sources_[layer].lamps)
-                    direct_[layer][i] += direct(place, lamp, is_two_sided(texel)) / static_cast<float>(points);
+                    direct_[layer][i] += direct(place, lamp, front_shares_[i]) / static_cast<float>(points);
         }
     });
 }
@@ -135,9 +156,11 @@ TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaL
     return met;
 }
 
-bool TexelLight::gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const {
+bool TexelLight::gather(std::size_t number, int rays, std::uint64_t stream, Gathered& sum) const {
+    const MapTexel& texel = map_.texels()[number];
     const glm::vec2 shift = shift_of(stream, texel.index), moved = shift_of(stream + 1, texel.index);
-    const bool both_sides = is_two_sided(texel);
+    const float front_share = front_shares_[number];
+    const bool both_sides = front_share < 1.0f;
     static thread_local std::vector<float> lamps;
     if (!area_lamps_.empty()) {
         const MapPlace middle = map_.place(texel);
@@ -148,22 +171,26 @@ bool TexelLight::gather(const MapTexel& texel, int rays, std::uint64_t stream, G
         const MapPlace place = map_.place(texel, spread_point(first / rays_of_place, moved) - 0.5f);
         if (place.side == glm::vec3(0.0f)) return false;
         const Basis basis(place.normal);
-        Gathered part{};
+        std::array<Gathered, 2> of_sides{};
         int inside = 0;
         for (int i = first; i < first + rays_of_place; ++i) {
             glm::vec3 along = basis.turned(by_cosine(spread_point(i, shift)));
             glm::vec3 side = place.side;
-            if (both_sides && i % 2 == 1) {
+            const bool is_behind = both_sides && i % 2 == 1;
+            if (is_behind) {
                 along = -along;
                 side = -side;
             }
             // A bent normal sends rays behind the surface: nothing comes from there.
             if (glm::dot(along, side) <= 0.0f) continue;
-            inside += look({place.position + side * lift_m, along}, part).is_inside;
+            inside += look({place.position + side * lift_m, along}, of_sides[is_behind]).is_inside;
         }
         if (inside > most_insides) continue;
+        Gathered part = of_sides[0];
+        for (std::size_t layer = 0; both_sides && layer < sources_.size(); ++layer)
+            part[layer] = 2.0f * (front_share * part[layer] + (1.0f - front_share) * of_sides[1][layer]);
         if (!area_lamps_.empty())
-            part[glow_layer_] += of_area_lamps(place, both_sides, lamps, first / rays_of_place * lamp_rays_of_place,
+            part[glow_layer_] += of_area_lamps(place, front_share, lamps, first / rays_of_place * lamp_rays_of_place,
                                                lamp_rays_of_place, shift) *
                                  static_cast<float>(rays_of_place);
         counted += rays_of_place;
@@ -178,7 +205,7 @@ bool TexelLight::gather_all(int rays, std::uint64_t stream, double share) {
     const auto& texels = map_.texels();
     return team_.run(texels.size(), share, BakeTeam::usual_block, [&](std::size_t i) {
         Gathered sum{};
-        is_open_[i] = gather(texels[i], rays, stream, sum);
+        is_open_[i] = gather(i, rays, stream, sum);
         for (std::size_t layer = 0; layer < sources_.size(); ++layer) light_[layer][i] = sum[layer];
     });
 }

@@ -34,8 +34,9 @@ public:
     /// shadows. Once, as the last call.
     std::vector<std::vector<glm::vec3>> take_texels();
 
-    /// Direct light of a lamp of colour and strength 1 at a place, for a surface that scatters it.
-    glm::vec3 direct(const MapPlace& place, std::size_t lamp, bool both_sides) const;
+    /// Direct light of a lamp of colour and strength 1 at a place, for a surface that scatters it. front_share: of the
+    /// light on its front; the rest is of what falls on its back.
+    glm::vec3 direct(const MapPlace& place, std::size_t lamp, float front_share = 1.0f) const;
     /// What comes along a ray, added by layer. Rays that are sent to surfaces that are lamps count those.
     enum class AreaLampsCount : bool { no, yes };
     struct Met {
@@ -48,19 +49,21 @@ public:
     std::size_t glow_layer() const { return glow_layer_; }
 
 private:
+    /// A texel has one light for both sides of what is thin: each counts by how far one can look from there, for from
+    /// as far it is seen. A flag's sides count alike; of a crown's leaves the inside hardly does.
+    float front_share(const MapTexel& texel) const;
     void find_direct();
     /// Of surfaces that are lamps, by so many rays from the i-th on.
-    glm::vec3 of_area_lamps(const MapPlace& place, bool both_sides, const std::vector<float>& sums, int first, int rays,
-                            const glm::vec2& shift) const;
-    /// False: all of the texel is inside of something.
-    bool gather(const MapTexel& texel, int rays, std::uint64_t stream, Gathered& sum) const;
+    glm::vec3 of_area_lamps(const MapPlace& place, float front_share, const std::vector<float>& sums, int first,
+                            int rays, const glm::vec2& shift) const;
+    /// False: all of that texel is inside of something.
+    bool gather(std::size_t number, int rays, std::uint64_t stream, Gathered& sum) const;
     bool gather_all(int rays, std::uint64_t stream, double share);
     void find_radiance();
     double total(std::size_t layer) const;
     bool bounce_all(double share);
     void mend_insides();
     void smooth();
-    bool is_two_sided(const MapTexel& texel) const { return scene_.surfaces()[texel.surface].material->double_sided; }
 
     const RayScene& scene_;
     const LightMap& map_;
@@ -72,6 +75,7 @@ private:
     AreaLamps area_lamps_;
     std::size_t glow_layer_ = 0;
     std::vector<glm::vec3> albedo_;                                  ///< by texel
+    std::vector<float> front_shares_;                                ///< by texel
     std::vector<std::vector<glm::vec3>> direct_, light_, radiance_;  ///< by layer and texel
     std::vector<std::uint8_t> is_open_;                              ///< by texel: not inside of something
 };

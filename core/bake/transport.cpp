@@ -70,7 +70,7 @@ void ProbeLight::find_probes(Transport& to, double share) {
                 const float length = glm::length(way);
                 if (length < 1e-3f) continue;
                 const MapPlace place{from, way / length, way / length, {}};
-                add(layer, light_.direct(place, lamp, false), place.side);
+                add(layer, light_.direct(place, lamp), place.side);
             }
         }
         static thread_local std::vector<float> lamps;

@@ -168,15 +168,6 @@ std::optional<PixelRect> rect_around(const glm::dvec2& low, const glm::dvec2& hi
     return rect;
 }
 
-/// Texels along each side of the map that a look-up may read from where the receiver itself falls. Texels of a
-/// directional light may be oblong; those of a spot are seen at an angle towards its edges.
-glm::dvec2 reach_texels(const ShadowView& shadow) {
-    const glm::dvec2 half(1.0 / shadow.clip_from_map[0][0], 1.0 / shadow.clip_from_map[1][1]);
-    const glm::dvec2 stretch = shadow.is_local ? glm::dvec2(std::sqrt(1.0 + glm::dot(half, half)))
-                                               : glm::dvec2(std::max(half.x, half.y)) / half;
-    return double{shadow_filter_texels} + shadow_offset_texels * stretch;
-}
-
 /// How far light that touches `caster` goes on until it has left `receivers`: metres along the light or, for a
 /// local one, the factor by which the distance from it grows.
 double longest_way(const ShadowView& shadow, const WorldBox& caster, const WorldBox& receivers) {
@@ -254,6 +245,12 @@ std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float
     return views;
 }
 
+std::array<glm::vec4, 3> plane_rows(const std::array<glm::dvec4, 4>& rows) {
+    // Planes go by the inverse of what takes points, transposed.
+    const glm::dmat4 inverse = glm::transpose(glm::inverse(glm::dmat4(rows[0], rows[1], rows[2], rows[3])));
+    return {glm::vec4(inverse[0]), glm::vec4(inverse[1]), glm::vec4(inverse[2])};
+}
+
 std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox& caster) {
     std::array<glm::dvec3, 8> points;
     for (int i = 0; i < 8; ++i) {
@@ -266,17 +263,16 @@ std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox&
     };
     glm::dvec2 low, high;
     if (!hull_bounds(points, shadow.is_local ? nearest_local_caster_m : 0.0, project, low, high)) return std::nullopt;
-    return rect_around(low, high, reach_texels(shadow), {shadow_map_side, shadow_map_side});
+    return rect_around(low, high, glm::dvec2(shadow_filter_texels), {shadow_map_side, shadow_map_side});
 }
 
 std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowView& shadow, const WorldBox& caster,
                                        const WorldBox& receivers) {
     if (!shadow_texels(shadow, caster)) return std::nullopt;
-    // The filter blurs, and looks from a little beside.
+    // The filter blurs.
     double farthest = 0.0;
     for (int i = 0; i < 8; ++i) farthest = std::max(farthest, glm::distance(corner(caster, i), shadow.origin));
-    const double blur =
-        (shadow_filter_texels + shadow_offset_texels) * (shadow.texel_m + shadow.texel_per_m * farthest);
+    const double blur = shadow_filter_texels * (shadow.texel_m + shadow.texel_per_m * farthest);
     const WorldBox blurred{caster.min - blur, caster.max + blur};
     const double way = longest_way(shadow, blurred, receivers);
     if (!(way > (shadow.is_local ? 1.0 : 0.0))) return std::nullopt;

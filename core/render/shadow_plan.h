@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -25,8 +26,10 @@ inline constexpr double max_shadow_extent_m = 200.0;
 inline constexpr double nearest_local_caster_m = 0.05;
 /// Texels that a filtered look-up may read from the one it falls into.
 inline constexpr int shadow_filter_texels = 3;
-/// A receiver is looked up so many of a texel's longer side away along its normal, at most.
-inline constexpr double shadow_offset_texels = 2.5;
+/// A surface is looked up so many of a texel's longer side over itself, along the light, which moves no shadow aside.
+inline constexpr float shadow_bias_texels = 0.5f;
+/// What turns away from the light farther than this cosine is taken for what does not.
+inline constexpr float least_shadow_cosine = 0.1f;
 
 struct WorldBox {
     glm::dvec3 min{0.0};
@@ -64,6 +67,12 @@ struct ShadowView {
 /// light for it.
 std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float exposure,
                                      std::span<const WorldBox> receivers);
+
+/// How deep planes of a view are beside a point of theirs, from the rows that make place and depth in a map of a point
+/// in the optical frame: the dot products of these and (n, -dot(n, p)), of the plane through p with normal n, are some
+/// a, b and c, and a step to the right or down in the map is one of -a / c or -b / c in depth. Lines and planes stay so
+/// in a map.
+std::array<glm::vec4, 3> plane_rows(const std::array<glm::dvec4, 4>& rows);
 
 /// All texels that something inside the box may be in, and those whose look-ups may read them.
 std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox& caster);

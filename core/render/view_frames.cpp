@@ -114,4 +114,9 @@ void finish_color(const View& view, frame::Frame& frame) {
                             .world_ns = frame.info().world_ns});
 }
 
+FinishedPixels finished_pixels(const View& view) {
+    if (!frame::changes_nothing(view.spec->controls)) return FinishedPixels::all;
+    return view.spec->clock_text || view.spec->code_strip ? FinishedPixels::rows : FinishedPixels::none;
+}
+
 }  // namespace camrig::render

@@ -42,5 +42,8 @@ void ids_to_classes(const world::Snapshot& snapshot, frame::Frame& frame);
 
 /// What comes after drawing: the camera's image controls, then the code strip if it wants one.
 void finish_color(const View& view, frame::Frame& frame);
+/// Which pixels that changes. Rows: the same in all pictures of the view, which it draws anew each time.
+enum class FinishedPixels { none, rows, all };
+FinishedPixels finished_pixels(const View& view);
 
 }  // namespace camrig::render

@@ -87,7 +87,7 @@ Between place_between(int number, int of, int grid) {
 }  // namespace
 
 double cloud_share(const DaylightSpec& spec) {
-    return spec.clouds < 0.0f ? spec.overcast : double{spec.clouds};
+    return spec.clouds ? double{*spec.clouds} : spec.overcast;
 }
 
 CloudedSky::CloudedSky(const glm::dvec3& to_sun, const DaylightSpec& spec, double per_lux)

@@ -16,8 +16,8 @@ struct DaylightSpec {
     double north_rad = 0.5 * std::numbers::pi;  ///< in the world, from x counter-clockwise
     double turbidity = 3.0;
     double overcast = 0.0;
-    glm::vec3 ground{0.25f};  ///< what it reflects
-    float clouds = -1.0f;     ///< share of the sky that they are; below 0: as `overcast`
+    glm::vec3 ground{0.25f};      ///< what it reflects
+    std::optional<float> clouds;  ///< share of the sky that they are; nullopt: as `overcast`
     friend bool operator==(const DaylightSpec&, const DaylightSpec&) = default;
 };
 

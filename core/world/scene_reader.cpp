@@ -222,7 +222,7 @@ void SceneReader::read_parts() {
 /// What is in candela, lux and candela per square metre needs to know how many lux are white.
 void SceneReader::check_units() {
     if (unit_lux(scene_.environment)) return;
-    const std::string why = "needs environment.lux, the lux that make white white, or environment.daylight";
+    const std::string why(needs_unit);
     for (std::size_t i = 0; i < scene_.lights.size(); ++i)
         if (!lights_in_units_.empty() && lights_in_units_[i] != nullptr)
             reader_.fail(item_path("lights", i) + "." + lights_in_units_[i], why);

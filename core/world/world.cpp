@@ -231,7 +231,7 @@ void add_statics(Digest& digest, const StaticSet& statics) {
         digest.add(light.name, light.color, light.intensity, light.position, light.direction);
     const Environment& around = statics.environment;
     digest.add(around.background, around.ambient_sky, around.ambient_ground, around.exposure, around.glow);
-    if (around.daylight && around.daylight->clouds >= 0.0f) digest.add(around.daylight->clouds);
+    if (around.daylight && around.daylight->clouds) digest.add(*around.daylight->clouds);
     if (around.fog.visibility_m > 0.0) digest.add(around.fog.visibility_m, around.fog.color);
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/base/random.h"
 #include "core/world/daylit.h"
+#include "core/world/photometric.h"
 #include "core/world/scene_world.h"
 
 // What events do, at the end of a step.
@@ -101,6 +102,8 @@ struct ActionRun {
             flickers.erase(running);
         }
         if (action.intensity) set_intensity(statics, action.light, static_cast<float>(*action.intensity));
+        if (const auto& in_unit = action.lux ? action.lux : action.candela)
+            set_intensity(statics, action.light, static_cast<float>(*in_unit / *unit_lux(statics.environment)));
         if (action.color)
             for (Light& one : statics.lights)
                 if (switch_name(one) == action.light) one.color = *action.color;

@@ -11,8 +11,9 @@ import camrig
 LEFT_OUT = {"server.shutdown", "world.load", "world.pause", "auth"}
 #: Of any type, to be put in any place.
 WRONG = [None, True, -1, 0, 2**63, 2**64, -(2**63), 1e308, -1e308, 5e-324, "", "x" * 5000, "\u202e", "\x00", [], [[]], [None] * 300, {}, {"a": 1}, {"": {"": {}}}]
-#: How far the world moves and how long a call waits is the attack's own time; who has pictures drawn pays for them; bytes would follow a line.
-SHORT = {"seconds": [0, 0.04, -1, 1e308], "nanoseconds": [0, 40_000_000, -1, 2**63], "timeout_s": [0.01, -1, 1e308], "min_ns": [0, -1, 2**63],
+#: How far the world moves, and how long a call waits (also for a world time, in a world that stands), is the attack's own time;
+#: who has pictures drawn pays for them; bytes would follow a line.
+SHORT = {"seconds": [0, 0.04, -1, 1e308], "nanoseconds": [0, 40_000_000, -1, 2**63], "timeout_s": [0.01, -1, 1e308], "min_ns": [0, -1, 2**63], "at_ns": [0, -1, 2**62, 2**63],
          "size": [[64, 48], [17, 33], [15, 16], [0, 0], [1e9, 1e9], [64], "64x48"], "encoding": ["base64", "base65", 1]}
 NAMES = [*["victim"] * 6, *["guest"] * 3, "nobody", "UPPER", "x" * 25, "", "a b"]
 TEXTS = {"name": NAMES, "camera": NAMES, "actor": NAMES, "scene": ["minimal", "clock", "none", "/dev/null", "/"], "model": ["mover", "person_1", "none"]}

@@ -2,7 +2,7 @@
 """Attacks a running rig as strangers on this machine could, and says of each attack whether the rig stood it.
 
     tests/attack/run.py                all attacks, a quarter of an hour; one line each, exit 1 if one was not stood
-    tests/attack/run.py -k rtsp        only attacks with this in their names
+    tests/attack/run.py -k rtsp        only attacks with this in their names; -k may be given again
     tests/attack/run.py --list         names them
 
 While the attacks run, an ordinary MJPEG reader and an ordinary RTSP reader look at one camera: together they may lose at most
@@ -41,10 +41,12 @@ SUITES = (attacks_work, attacks_control, attacks_http, attacks_rtsp, attacks_dev
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Attacks a running rig and says what it stood.")
-    parser.add_argument("-k", dest="only", default="", help="only attacks with this in their names")
+    parser.add_argument("-k", dest="only", action="append", help="only attacks with this, or one of these, in their names")
     parser.add_argument("--list", action="store_true", help="names the attacks")
     arguments = parser.parse_args()
-    attacks = [attack for suite in SUITES for attack in suite.ATTACKS if arguments.only in attack.__name__]
+    attacks = [attack for suite in SUITES for attack in suite.ATTACKS if any(text in attack.__name__ for text in arguments.only or [""])]
+    if not attacks:
+        parser.error(f"no attack has {' or '.join(arguments.only)} in its name; --list names them")
     if arguments.list:
         print("\n".join(f"{attack.__name__}: {attack.__doc__}" for attack in attacks))
         return 0

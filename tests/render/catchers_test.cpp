@@ -212,7 +212,7 @@ TEST(Catcher, ShapesThatOnlyHideAreNotDarkened) {
                 EXPECT_TRUE(std::ranges::equal(held[kind]->bytes(), both[kind]->bytes()))
                     << looking.name << ", kind " << kind;
             EXPECT_TRUE(std::ranges::equal(mixed[2]->bytes(), both[2]->bytes())) << "boxes hide, and ground does not";
-            int on_ground = 0, on_boxes = 0;
+            int on_ground = 0, on_boxes = 0, others = 0;
             for (std::size_t i = 0; i < roles.pixels(); ++i) {
                 if (!roles.is_away(both, both, i)) continue;
                 EXPECT_TRUE(roles.shows_picture(held, i)) << looking.name << ", pixel " << i;
@@ -222,7 +222,9 @@ TEST(Catcher, ShapesThatOnlyHideAreNotDarkened) {
                         const auto code = [&](const auto& from) {
                             return static_cast<int>(word(*from[0], i) >> shift & 0xFF);
                         };
-                        ASSERT_NEAR(code(mixed), code(both), 1) << looking.name << ", ground at " << i;
+                        // Of one pixel a texel of the map may fall to the other side by rounding.
+                        ASSERT_NEAR(code(mixed), code(both), 16) << looking.name << ", ground at " << i;
+                        others += std::abs(code(mixed) - code(both)) > 1;
                     }
                     on_ground += !roles.shows_picture(mixed, i);
                 } else {
@@ -231,6 +233,7 @@ TEST(Catcher, ShapesThatOnlyHideAreNotDarkened) {
                 }
             }
             EXPECT_GT(on_ground, 20) << looking.name;
+            EXPECT_LE(others, 3) << looking.name << ": channels, of " << on_ground << " pixels";
             RecordProperty(std::string("dark_on_boxes_") + looking.name, on_boxes);
         }
     }

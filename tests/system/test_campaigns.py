@@ -47,7 +47,12 @@ def rig():
 
 
 def run(rig, faults, words=("again",), **changes):
-    return camrig.campaign.run(rig, camrig.campaign.load({"faults": faults, "program": program(*words), **FAST, **changes}))
+    """Again where the rig had no time for its frames: then what is said of the program is said of the machine."""
+    for _ in range(4):
+        report = camrig.campaign.run(rig, camrig.campaign.load({"faults": faults, "program": program(*words), **FAST, **changes}))
+        if not any(output["by_overload"] for result in report.results for output in (result.books or {}).get("outputs", [])):
+            break
+    return report
 
 
 def test_reactions_that_are_known_are_said(rig):

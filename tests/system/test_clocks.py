@@ -303,7 +303,8 @@ def test_rtp_time_goes_on_when_a_clock_is_given_to_a_camera_in_the_middle(rig, o
             if len(stamps) == 40:
                 cam.set(clock=None)
     steps = [(b - a) % 2**32 for a, b in zip(stamps[1:], stamps[2:])]  # a stream begins with the latest picture
-    assert all(3000 <= step <= 3600 * 25 for step in steps), steps  # a busy machine drops pictures
+    lost = rig.stats()["cameras"][-1]["dropped"]  # on a busy machine
+    assert all(3000 <= step <= 3600 * (25 + lost) for step in steps), (steps, lost)
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")

@@ -216,12 +216,17 @@ def test_in_the_dark_a_device_slows_down_where_it_may(rig):
                       outputs=[{"kind": "device", "number": 7}])
     capture = ("import sys, time, cv2\nc = cv2.VideoCapture('/dev/video7', cv2.CAP_V4L2)\n"
                "for i in range(int(sys.argv[1])): assert c.read()[0]\n"
-               "t = [(c.read(), c.get(cv2.CAP_PROP_POS_MSEC))[1] for i in range(6)]\nprint(c.get(cv2.CAP_PROP_FPS), (t[-1] - t[0]) / 5)")
-    said, period_ms = map(float, run_with_devices(rig, sys.executable, "-c", capture, "20").split())
-    assert said == 20 and period_ms == pytest.approx(50, abs=1)
+               "t = [(c.read(), c.get(cv2.CAP_PROP_POS_MSEC))[1] for i in range(9)]\nprint(c.get(cv2.CAP_PROP_FPS), *(b - a for a, b in zip(t, t[1:])))")
+
+    def has_period(period_ms):
+        said, *steps_ms = map(float, run_with_devices(rig, sys.executable, "-c", capture, "20").split())
+        assert said == 20 and all(step == pytest.approx(period_ms * round(step / period_ms), abs=1) for step in steps_ms), steps_ms
+        return max(steps_ms) == pytest.approx(period_ms, abs=1)
+
+    # A machine that is busy drops pictures, now and then: then a step is of several periods.
+    assert any(has_period(50) for _ in range(5))
     v4l2_ctl(rig, "-c", "exposure_dynamic_framerate=1")
-    said, period_ms = map(float, run_with_devices(rig, sys.executable, "-c", capture, "20").split())
-    assert said == 20 and period_ms == pytest.approx(200, abs=1)
+    assert any(has_period(200) for _ in range(5))
 
 
 def test_a_camera_without_a_sensor_has_no_mains(rig, camera):

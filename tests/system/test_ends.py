@@ -2,9 +2,11 @@
 
 import contextlib
 import json
+import signal
 import socket
 import subprocess
 import threading
+import time
 import urllib.request
 
 import camrig
@@ -75,7 +77,9 @@ def test_a_start_that_fails_says_why_whatever_is_in_work(tmp_path):
     for thread in asking:
         thread.start()
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        for number in range(5):
+        number = 0
+        while number < 5 or (not sent and number < 50):  # who asks beside it needs a moment to do so
+            number += 1
             command = [camrig.launch.find_binary(), "serve", "minimal", "--http", "0", "--rtsp", "0", "--onvif", port, "--control", tmp_path / f"{number}.sock",
                        "--unrealcv", taken.getsockname()[1]]
             done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=30, check=False)
@@ -84,3 +88,40 @@ def test_a_start_that_fails_says_why_whatever_is_in_work(tmp_path):
     for thread in asking:
         thread.join()
     assert sent
+
+
+def test_a_rig_that_is_started_right_behind_the_end_of_another_takes_its_place(tmp_path):
+    serve = [camrig.launch.find_binary(), "serve", "minimal", "--http", "0", "--rtsp", "0", "--control", str(tmp_path / "rig.sock")]
+    first = subprocess.Popen(serve, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    second = None
+
+    def who_answers():
+        try:
+            with camrig.connect(tmp_path / "rig.sock") as rig:
+                return rig.info()["pid"]
+        except camrig.CamrigError:
+            return None
+
+    try:
+        wait_until(lambda: who_answers() == first.pid, what="the first rig")
+        first.send_signal(signal.SIGSTOP)  # it has the folder, and ends as soon as it may go on
+        second = subprocess.Popen(serve, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        first.terminate()
+        time.sleep(0.3)
+        assert second.poll() is None, second.stderr.read()
+        first.send_signal(signal.SIGCONT)
+        assert first.wait(20) == 0
+        wait_until(lambda: who_answers() == second.pid, what="the second rig")
+    finally:
+        for process in filter(None, (first, second)):
+            process.send_signal(signal.SIGCONT)
+            process.terminate()
+            process.communicate(timeout=20)
+
+
+def test_exec_says_that_there_is_no_rig_and_runs_the_program(tmp_path):
+    done = subprocess.run([camrig.launch.find_binary(), "--control", tmp_path / "none.sock", "exec", "--", "echo", "ran"], capture_output=True, text=True, timeout=30)
+    assert (done.returncode, done.stdout) == (0, "ran\n") and "no rig at" in done.stderr
+    with camrig.start("minimal") as rig:
+        done = subprocess.run([camrig.launch.find_binary(), "--control", rig.info()["control"], "exec", "--", "echo", "ran"], capture_output=True, text=True, timeout=30)
+        assert (done.stdout, done.stderr) == ("ran\n", "")

@@ -15,6 +15,7 @@ import urllib.request
 
 import pytest
 from conftest import REPOSITORY, wait_until
+from rtsp_client import assert_gst_read_to_the_end
 from test_command_log import SMALL, commands, digest, people_of, pictures, start
 
 import camrig
@@ -149,8 +150,12 @@ def test_a_node_that_joins_late_becomes_equal_and_one_that_differs_is_named_and_
         wait_until(lambda: len(nodes_of(rig)) == 2 and any(node["node"] == "node3" and node.get("applied", 0) >= 12 for node in nodes_of(rig)), 30, "a node in its place")
         # Behind the log's back, which nobody can by the node's own rules: a rig that is told something else.
         late = rigs_of(rig)["node3"]
-        world_ns = late.status()["world_ns"]
-        late.call("actor.steer", actors=[{"name": people_of(rig)[0], "velocity": [1, 0, 0]}], at_ns=world_ns + 300_000_000)
+        for at_ns in (late.status()["world_ns"] + 300_000_000 for _ in range(50)):
+            try:
+                late.call("actor.steer", actors=[{"name": people_of(rig)[0], "velocity": [1, 0, 0]}], at_ns=at_ns)
+                break
+            except camrig.CamrigError as error:  # a busy machine may say it too late
+                assert "is past" in error.message
         wait_until(lambda: any("node3 is stopped" in line for line in facts["said"]), 20, "the node that differs to be found")
         named = lambda: [line for line in facts["said"] if "node3 stops" in line]
         wait_until(lambda: named(), 10)
@@ -285,9 +290,10 @@ def test_stock_clients_read_cameras_where_the_farm_says(tmp_path):
             for source in (f"rtspsrc location={camera['rtsp']} protocols=tcp ! rtph264depay ! avdec_h264", f"souphttpsrc location={camera['http']} ! multipartdemux ! jpegdec",
                            f"souphttpsrc location={facts['http']}cameras/{camera['camera']}/stream.mjpg ! multipartdemux ! jpegdec"):
                 file = tmp_path / "pictures.rgb"
-                played = subprocess.run(["gst-launch-1.0", "-q", "-e", *shlex.split(source), "!", "videoconvert", "!", "video/x-raw,format=RGB", "!", "identity", "eos-after=4",
-                                         "!", "filesink", f"location={file}"], capture_output=True, text=True, timeout=60)
-                assert played.returncode == 0 and file.stat().st_size == 3 * 160 * 120 * 3, f"{source}: {played.stderr}"
+                played = subprocess.run(["gst-launch-1.0", "-e", *shlex.split(source), "!", "videoconvert", "!", "video/x-raw,format=RGB", "!", "identity", "eos-after=4",
+                                         "!", "filesink", f"location={file}"], capture_output=True, timeout=60)
+                assert_gst_read_to_the_end(played.returncode, played.stdout, played.stderr)
+                assert file.stat().st_size == 3 * 160 * 120 * 3, f"{source}: {played.stderr.decode()}"
         command = lambda *words: subprocess.run([find_binary(), "--control", facts["control"], *words], capture_output=True, text=True, timeout=60)
         assert command("camera", "set", "eye1", "--vfov-deg", "41").returncode == 0
         assert "eye1  160x120   10    41" in command("camera", "list").stdout

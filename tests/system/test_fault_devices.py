@@ -4,7 +4,6 @@ import glob
 import os
 import subprocess
 import sys
-import time
 
 import pytest
 
@@ -57,6 +56,11 @@ def under_exec(rig, *program):
 
 def start(rig, code, path):
     return subprocess.Popen(under_exec(rig, sys.executable, "-c", code, path), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def wait_for_frames(rig, name, count):
+    first = rig.camera(name).truth()["sequence"]
+    wait_until(lambda: rig.camera(name).truth()["sequence"] >= first + count, what="frames")
 
 
 def nodes(rig):
@@ -156,18 +160,26 @@ def test_buffers_come_with_the_error_flag_and_of_a_wrong_size(rig):
     whole = 320 * 240 * 2
     reader = start(rig, RAW, "/dev/video46")
     take = lambda count: [tuple(map(int, reader.stdout.readline().split())) for _ in range(count)]
+
+    def wait_for(buffer):
+        """Those that were on their way come first."""
+        for (one,) in (take(1) for _ in range(200)):
+            if one == buffer:
+                return
+        raise AssertionError(f"no buffer {buffer} came")
+
     try:
         assert set(take(10)) == {(whole, 0)}
         rig.fault.set("desk", "buffer_error", probability=0.5)
-        take(5)
+        wait_for((whole, 1))
         flagged = take(40)
         assert {used for used, _ in flagged} == {whole} and 8 < sum(flag for _, flag in flagged) < 32
         rig.fault.clear("desk")
         rig.fault.set("desk", "wrong_size", share=0.25)
-        take(5)
+        wait_for((whole * 3 // 4, 0))
         assert set(take(10)) == {(whole * 3 // 4, 0)}
         rig.fault.clear("desk")
-        take(5)
+        wait_for((whole, 0))
         assert set(take(10)) == {(whole, 0)}
     finally:
         reader.kill()
@@ -228,7 +240,7 @@ def test_a_fatal_streaming_error_lasts_until_the_stream_is_stopped(rig):
         rig.fault.set("desk", "device_error", at="streaming")
         assert program.stdout.readline() in ("DQBUF EIO\n", "QBUF EIO\n")
         rig.fault.clear("desk")
-        time.sleep(0.3)  # until a frame is due without it
+        wait_for_frames(rig, "desk", 3)  # that are due without it
         program.stdin.write("\n")
         program.stdin.flush()
         assert program.stdout.readline() == "streams\n"

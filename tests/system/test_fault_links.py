@@ -61,6 +61,8 @@ def test_who_comes_is_refused_and_who_is_there_stays(rig):
     packets = RtpPackets(cam.url("rtsp"))
     parts(there, 3), packets.take(3)
     rig.fault.set("desk", "refuse")
+    told = lambda kind: {one["output"] for one in rig.fault.log("desk")["events"] if one["kind"] == kind}
+    wait_until(lambda: told("closed") == {"mjpeg", "rtsp"}, what="the outputs to close")
     parts(there, 5)
     with pytest.raises(urllib.error.HTTPError) as refused:
         urllib.request.urlopen(cam.url(), timeout=30)
@@ -70,8 +72,7 @@ def test_who_comes_is_refused_and_who_is_there_stays(rig):
     parts(there, 10), packets.take(10)
     check_books(rig)
     rig.fault.clear("desk")
-    wait_until(lambda: not rig.fault.list(), what="no fault")
-    time.sleep(0.1)  # until a frame is due without it
+    wait_until(lambda: told("open") == {"mjpeg", "rtsp"}, what="the outputs to open")
     parts(urllib.request.urlopen(cam.url(), timeout=30), 3)
     RtpPackets(cam.url("rtsp")).take(3)
 

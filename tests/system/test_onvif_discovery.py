@@ -34,22 +34,28 @@ with camrig.start("minimal", mode="lockstep", args=["--host", "10.99.0.1", "--to
     client = ThreadedWSDiscovery()
     client.start()
 
-    def found(by=client, **how):
-        return {one.getXAddrs()[0]: [scope.getValue() for scope in one.getScopes()] for one in by.searchServices(timeout=1, **how)}
+    def found(by=client, until=(), **how):
+        # More searches while some of `until` have not answered: on a busy machine that may take longer than a search.
+        known = {}
+        for _ in range(5):
+            known |= {one.getXAddrs()[0]: [scope.getValue() for scope in one.getScopes()] for one in by.searchServices(timeout=1, **how)}
+            if known.keys() >= set(until):
+                break
+        return known
 
     try:
         hub = f"http://10.99.0.1:{rig.call('server.info')['onvif']}/onvif/device_service"
         dome = "http://10.99.0.1:18081/onvif/device_service"
-        all_of_them = found(types=[QName(NETWORK, "NetworkVideoTransmitter")])
+        all_of_them = found(until=[hub, dome], types=[QName(NETWORK, "NetworkVideoTransmitter")])
         assert set(all_of_them) == {hub, dome}, all_of_them
         assert ONVIF + "name/dome" in all_of_them[dome] and ONVIF + "type/ptz" in all_of_them[dome]
         # What Home Assistant asks for, until and from 2026; then answers must name the question.
-        assert set(found(scopes=[Scope(ONVIF + "Profile/Streaming")])) == {hub, dome}
+        assert set(found(until=[hub, dome], scopes=[Scope(ONVIF + "Profile/Streaming")])) == {hub, dome}
         strict = ThreadedWSDiscovery(ttl=4, relates_to=True)
         strict.start()
-        assert set(found(strict, types=[QName(NETWORK, "NetworkVideoTransmitter", "dp0")], scopes=[Scope(ONVIF + "Profile/Streaming")])) == {hub, dome}
+        assert set(found(strict, [hub, dome], types=[QName(NETWORK, "NetworkVideoTransmitter", "dp0")], scopes=[Scope(ONVIF + "Profile/Streaming")])) == {hub, dome}
         strict.stop()
-        assert set(found(scopes=[Scope(ONVIF + "name/dome")])) == {dome}
+        assert set(found(until=[dome], scopes=[Scope(ONVIF + "name/dome")])) == {dome}
         assert not found(types=[QName(NETWORK, "Printer")])
         heard = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         heard.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -67,7 +73,7 @@ with camrig.start("minimal", mode="lockstep", args=["--host", "10.99.0.1", "--to
         assert "http://10.99.0.1:18082/onvif/device_service" in hears("discovery/Hello", "name/plain")
         rig.camera("plain").set(outputs=[])
         hears("discovery/Bye")
-        assert set(found()) == {hub, dome}
+        assert set(found(until=[hub, dome])) == {hub, dome}
 
         # A question to the rig's own address, on another interface, or with the address of another network as its sender, has no answer.
         probe = ('<e:Envelope xmlns:e="http://www.w3.org/2003/05/soap-envelope" xmlns:a="http://schemas.xmlsoap.org/ws/2004/08/addressing" '
@@ -91,7 +97,7 @@ with camrig.start("minimal", mode="lockstep", args=["--host", "10.99.0.1", "--to
                     return got
 
         group = "239.255.255.250"
-        assert answers(group, "10.99.0.1") == 2
+        assert any(answers(group, "10.99.0.1") == 2 for _ in range(5))
         assert answers("10.99.0.1", "10.99.0.1") == 0
         assert answers(group, "10.98.0.1") == 0
         # Somebody listens there, so that the question comes to this machine's programs.

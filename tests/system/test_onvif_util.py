@@ -12,6 +12,7 @@ import subprocess
 import sys
 
 import camrig
+import pytest
 from conftest import REPOSITORY
 from onvif_messages import TOKEN
 
@@ -87,7 +88,10 @@ with subprocess.Popen(["unshare", "-n", "sh", "-c", "read moved && " + FAR], std
         cam = rig.create_camera("dome", size=(320, 240), fps=25, ptz={"preset": "dome"}, outputs=[{"kind": "onvif", "port": 18081}])
         said = {"found": client("-a")}
         ask = ["get time", "get profiles", "get video", "get video options", "get imaging", "get imaging options", "get rtsp", "get network", "get capabilities"]
-        said["asked"] = client("-u", "camrig", "-p", password, "10.99.0.1", commands=ask)
+        for _ in range(5):
+            said["asked"] = client("-u", "camrig", "-p", password, "10.99.0.1", commands=ask)
+            if "Time Offset: 0 seconds" in said["asked"]:  # else a second began between the readings of the two clocks
+                break
         said["set"] = client("-u", "camrig", "-p", password, "10.99.0.1",
                              commands=["set framerate 5", "set gov_length 10", "set bitrate 512", "set resolution 320x240", "get video", "get imaging", "set brightness 75", "get imaging"])
         said["rtsp"] = rig.call("server.info")["rtsp"]
@@ -99,6 +103,8 @@ print(json.dumps(said))
 
 
 def test_unmodified_onvif_util_finds_asks_and_sets_a_camera_across_a_network(tmp_path):
+    if not TOOLS.exists() and "bookworm" not in pathlib.Path("/etc/os-release").read_text():
+        pytest.skip("onvif-tools are not in this system's archive")
     assert (TOOLS / "bin/onvif-util").exists(), "Debian's onvif-tools are not there: run tools/setup"
     token, script = tmp_path / "token", tmp_path / "rig.py"
     token.write_text(TOKEN + "\n")

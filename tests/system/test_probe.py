@@ -138,7 +138,7 @@ def test_a_server_that_says_nothing_costs_bounded_time():
         thread = threading.Thread(target=accept_and_begin, daemon=True)
         server.accept()[0].close()  # the one above
         thread.start()
-        assert "no picture" in fails_with("--timeout", "1", address)
+        assert "no picture" in fails_with("--timeout", "4", address)
         stop.set()
         thread.join(10)
 

@@ -146,13 +146,11 @@ def test_a_wrong_token_closes_the_connection_after_three_and_then_waits(guarded)
     assert "127.0.0.1: wrong user or token" in rig.log
     assert rig.log.count("wrong user or token") <= 2 + 6  # a line a second; six tries take less
     assert rig.call("server.info")["connections"]["rtsp"]["wrong_tokens"] == 6
+    asked = time.monotonic()
     with connect(port) as raw:  # from an address that guessed too often
         raw.sendall(b"OPTIONS * RTSP/1.0\r\nCSeq: 1\r\n\r\n")
-        raw.settimeout(0.2)
-        with pytest.raises(TimeoutError):
-            raw.recv(1)
         raw.settimeout(20)
-        assert answer_of(raw).startswith("RTSP/1.0 401")  # late, but answered
+        assert answer_of(raw).startswith("RTSP/1.0 401") and time.monotonic() - asked > 0.5  # late, but answered
 
 
 def test_silent_strangers_make_room_and_a_reader_stays(guarded):

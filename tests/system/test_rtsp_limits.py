@@ -108,7 +108,7 @@ def test_two_hundred_connections_leave_nothing_behind(rig, process):
     rss, fds, threads = process.rss_kib(), process.fds(), process.threads()
     visit(200)
     assert process.rss_kib() - rss < 16 * 1024
-    assert process.fds() <= fds + 4 and process.threads() <= threads + 4
+    wait_until(lambda: process.fds() <= fds + 4 and process.threads() <= threads + 4, what="descriptors and threads to end")
     keep.close()
 
 
@@ -193,7 +193,8 @@ def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, proces
         print(f"{kind}: {made} made, at most {silent_s:.1f} s without one, {other.pictures - pictures} received beside three stopped clients, RSS +{highest - rss} KiB, "
               f"10 s of the stream {ten_seconds_kib:.0f} KiB")
         assert silent_s < 4, "the stopped clients are closed after 6 s: until then the others waited for them"
-        assert other.pictures - pictures >= made * 0.99 - 2
+        # What was drawn since the last look at the socket is on its way; what is lost never comes.
+        wait_until(lambda: other.pictures - pictures >= made * 0.99 - 2 or count_for([other], 0.2), 10, "what was made")
         assert highest - rss < ten_seconds_kib + 16 * 1024
         wait_until(lambda: count_for([other], 0.5) or process.fds() <= fds - 3, 30, "the stopped clients to be closed")
     finally:

@@ -69,7 +69,8 @@ def test_all_multicast_readers_share_one_transmission(reader_machine):
         assert len(set(groups())) == 1
         received = lambda: int(run(*there, "cat", "/sys/class/net/wire/statistics/rx_bytes").stdout)
         sent = lambda: rig.stats()["cameras"][-1]["outputs"][0]["readers"][0]["bytes"]
-        bytes_before, sent_before = received(), sent()
+        sent_before = sent()  # first: what is sent meanwhile counts on both sides
+        bytes_before = received()
         wait_until(lambda: sent() - sent_before > 100_000, what="pictures")
         assert received() - bytes_before < 2 * (sent() - sent_before)
     finally:

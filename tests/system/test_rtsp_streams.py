@@ -45,7 +45,9 @@ def test_the_sub_stream_is_smaller_and_slower_and_its_pictures_are_those_of_the_
         assert main[sequence].times == small[sequence].times
         assert abs(main[sequence].realtime_ns - small[sequence].realtime_ns) <= 1, "the reports of both streams name one time"
     steps = [b - a for a, b in itertools.pairwise(sorted(small))][5:]
-    assert set(steps) == {2}, "every second frame"
+    assert all(step % 2 == 0 for step in steps), "every second frame"
+    lost = next(camera for camera in rig.stats()["cameras"] if camera["name"] == cam.name)["dropped"]  # on a busy machine
+    assert sum(step // 2 - 1 for step in steps) <= lost, (steps, lost)
 
 
 @pytest.mark.camrig(scene="hall", mode="lockstep")

@@ -11,6 +11,8 @@ from conftest import REPOSITORY
 from test_onvif import free_port
 
 EXAMPLE = REPOSITORY / "examples" / "tracker"
+#: In 20 s. Who looks less often than twice a second cannot follow at a walk: not the head's doing.
+LOOKS = 40
 
 
 def test_an_opencv_without_the_detector_is_told_what_to_install():
@@ -37,11 +39,14 @@ def test_a_person_who_walks_stays_near_the_middle_of_a_domes_picture(tmp_path):
     (tmp_path / "yard.json").write_text(json.dumps(scene))
     with camrig.start(str(tmp_path / "yard.json")) as rig:
         environment = dict(os.environ, CAMRIG_CONTROL=rig.call("server.info")["control"])
-        done = subprocess.run([sys.executable, EXAMPLE / "tracker.py", "127.0.0.1", str(port), "--truth", "dome", "--seconds", "20"],
-                              env=environment, capture_output=True, text=True, timeout=180, check=False)
-        assert done.returncode == 0, done.stdout + done.stderr
-        told = json.loads(done.stdout.splitlines()[-1])
-        assert told["camera"] == "dome" and told["looks"] >= 20
+        for _ in range(4):
+            done = subprocess.run([sys.executable, EXAMPLE / "tracker.py", "127.0.0.1", str(port), "--truth", "dome", "--seconds", "20"],
+                                  env=environment, capture_output=True, text=True, timeout=180, check=False)
+            assert done.returncode == 0, done.stdout + done.stderr
+            told = json.loads(done.stdout.splitlines()[-1])
+            if told["looks"] >= LOOKS:  # else others had the processor, and it is tried again
+                break
+        assert told["camera"] == "dome" and told["looks"] >= LOOKS, told
         # What the whole minute is to hold (README.md of the example). A head that stands loses who walks in some six seconds.
         assert told["within_a_fifth"] >= 0.9, told
         # It is the head that has followed.

@@ -470,7 +470,7 @@ def test_a_hidden_page_costs_nothing(rig, page):
     def readers():
         return sum(camera.get()["readers"] for camera in rig.cameras())
 
-    assert readers() >= 2
+    wait_until(lambda: readers() >= 2, what="the streams")
     page.evaluate("""Object.defineProperty(document, 'hidden', {value: true, configurable: true});
                      document.dispatchEvent(new Event('visibilitychange'))""")
     wait_until(lambda: readers() == 0, what="the streams' end")

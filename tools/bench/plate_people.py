@@ -26,9 +26,9 @@ import cv2
 import numpy as np
 
 from camrig.samples.hog import Detector, overlap
-from camrig.samples.scoring import Tally, counts
 from camrig.samples.views import WINDOW_MARGIN, AsSeen, upright
 from tools.bench import report
+from tools.bench.detection_curve import Curve
 
 PAGE = report.REPOSITORY / "docs" / "backdrops.md"
 PLACE = "crossing"
@@ -163,38 +163,6 @@ def train(pictures: list[tuple[np.ndarray, list[dict[str, Any]]]]) -> np.ndarray
     return fit(positive, np.vstack([negative, features(hard)])) if hard else model
 
 
-class Curve:
-    """Of all pictures: detections by their scores, right or wrong."""
-
-    def __init__(self) -> None:
-        self.marks: list[tuple[float, bool]] = []
-        self.people = 0
-        self.pictures = 0
-
-    def add(self, found: list[tuple[float, Any]], truth: dict[str, Any]) -> None:
-        self.pictures += 1
-        self.people += sum(one["class"] == "person" and counts(one) for one in truth["objects"])
-        scores = {box: score for score, box in found}
-        self.marks += [(scores[box], mark == "right") for box, mark in Tally().add(found, truth) if mark != "ignored"]
-
-    def recall_at(self, false_per_picture: float) -> float:
-        """How many people are found where so many detections a picture are wrong."""
-        right = wrong = best = 0
-        for _, is_right in sorted(self.marks, reverse=True):
-            right, wrong = right + is_right, wrong + (not is_right)
-            if wrong <= false_per_picture * self.pictures:
-                best = right
-        return best / max(1, self.people)
-
-    def average_precision(self) -> float:
-        """Area under precision by recall, each precision the best at that recall or more (PASCAL VOC 2010)."""
-        marks = np.array([is_right for _, is_right in sorted(self.marks, reverse=True)], float)
-        if not len(marks):
-            return 0.0
-        precision = np.cumsum(marks) / np.arange(1, len(marks) + 1)
-        return float((np.maximum.accumulate(precision[::-1])[::-1] * marks).sum() / max(1, self.people))
-
-
 def judge(detectors: dict[str, Detector], pictures: int) -> dict[str, Curve]:
     """On the street itself: the same people as in the training, but its own walks, cars and shadows."""
     curves = {name: Curve() for name in detectors}
@@ -226,7 +194,7 @@ def main() -> None:
     for title, curve in curves.items():
         rows.append(f"| {title} | {curve.average_precision():.2f} | " + " | ".join(f"{curve.recall_at(each):.2f}" for each in FALSE_PER_PICTURE) + " |")
     first = next(iter(curves.values()))
-    text = "\n".join(rows) + (f"\n\n{first.people} people in {first.pictures} pictures of 640x480 of the street itself; trained on {options.train} pictures of people in the photo. "
+    text = "\n".join(rows) + (f"\n\n{first.people} people in {len(first.pictures)} pictures of 640x480 of the street itself; trained on {options.train} pictures of people in the photo. "
                               f"The camera was found {100 * off:.1f} cm from where it is, its focal length {abs(found['camera']['intrinsics']['fx'] / true['fx'] - 1):.2%} off.")
     print(text)
     if options.report:

@@ -67,6 +67,9 @@ void add_steer(CLI::App& group, CliContext& context) {
     steer->get_option("--seconds")->needs(position);
     steer->callback([actor, &context] {
         context.action = [actor, &context] {
+            if (actor->size() == 1)  // its name
+                return context.fail(
+                    {ErrorKind::invalid_argument, "say how: --velocity X,Y,Z (0,0,0: it stands) or --position X,Y,Z"});
             auto applied = context.call("actor.steer", {{"actors", json::array({*actor})}});
             return applied
                        ? context.print(*applied, plain_text(actor->at("name")) + ": steered, shown from world time " +

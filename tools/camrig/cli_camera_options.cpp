@@ -197,6 +197,8 @@ void CameraOptions::add_to(CLI::App& command) {
                                      std::tuple("--tilt-deg", &tilt_deg, "positive looks up"),
                                      std::tuple("--roll-deg", &roll_deg, "about the viewing direction")})
         command.add_option(name, *value, text)->excludes(target)->excludes(quaternion);
+    // Beyond that it is another pan and roll, which the next pan or tilt alone would be added to.
+    command.get_option("--tilt-deg")->check(CLI::Range(-90.0, 90.0));
     command.add_option("--mount", mount,
                        "ACTOR or ACTOR/NODE that it is fixed to, the pose being in that frame; \"\": none");
     auto* glass =

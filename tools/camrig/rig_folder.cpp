@@ -1,7 +1,9 @@
 #include "tools/camrig/rig_folder.h"
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
+#include <thread>
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -14,6 +16,20 @@ namespace {
 
 /// How often a rig that ends may remove the folder between our making and our locking it.
 constexpr int max_attempts = 100;
+
+/// A rig that was told to end holds its folder until its last reader is gone; who starts the next one right behind it
+/// waits for that.
+constexpr auto patience = std::chrono::seconds(3);
+
+/// False: somebody has the lock all the time. Where there are no locks there is nobody.
+bool lock_within(std::chrono::milliseconds time, const UniqueFd& folder) {
+    const auto end = std::chrono::steady_clock::now() + time;
+    while (::flock(folder.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        if (std::chrono::steady_clock::now() > end) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return true;
+}
 
 bool is_still_at(const UniqueFd& folder, const std::string& path) {
     struct stat held{}, named{};
@@ -32,7 +48,7 @@ Result<RigFolder> RigFolder::claim(const std::string& control) {
         if (!folder && errno != ENOENT) return error(ErrorKind::unavailable, path + ": " + std::strerror(errno));
         if (!folder) continue;
         // Some network file systems lock no folders; the sockets' own checks have to do there.
-        if (::flock(folder.get(), LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        if (!lock_within(patience, folder)) {
             return error(ErrorKind::already_exists,
                          "control socket " + control +
                              ": another rig lives there; end it (camrig call server.shutdown) or choose another "

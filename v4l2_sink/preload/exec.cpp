@@ -43,6 +43,10 @@ int exec_with_devices(const std::vector<std::string>& command, const std::string
         std::fprintf(stderr, "camrig exec: %s not found; set CAMRIG_DEVICE_LIBRARY to its path\n", library_name);
         return 1;
     }
+    // It may be started after the program, which then finds its devices.
+    if (::access(device_socket.c_str(), F_OK) != 0)
+        std::fprintf(stderr, "camrig exec: no rig at %s: until one is started there are no devices\n",
+                     device_socket.c_str());
     const char* before = std::getenv("LD_PRELOAD");
     const std::string preload = before != nullptr && *before != '\0' ? library + ":" + before : library;
     ::setenv("LD_PRELOAD", preload.c_str(), 1);

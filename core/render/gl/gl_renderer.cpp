@@ -7,7 +7,6 @@
 #include <spdlog/spdlog.h>
 
 #include "core/base/clock.h"
-#include "core/frame/tone.h"
 #include "core/render/view_frames.h"
 
 namespace camrig::render::gl {
@@ -117,9 +116,8 @@ Result<Renderer::Finished> GlRenderer::draw_views(const world::SnapshotRef& snap
 
 bool GlRenderer::makes(frame::PixelFormat format, const View& view) const {
     if (format == frame::PixelFormat::rgba8) return true;
-    // Image controls, code strip and the clock's text come after drawing, on the host (finish_color).
-    return converter_ && frame::changes_nothing(view.spec->controls) && !view.spec->code_strip &&
-           !view.spec->clock_text && converter_->can_make(format, view.spec->size);
+    // What comes after drawing is done on the host.
+    return converter_ && finished_pixels(view) == FinishedPixels::none && converter_->can_make(format, view.spec->size);
 }
 
 Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {

@@ -113,6 +113,7 @@ ShadowBlock shadow_block(const PassView& view) {
         map_from_optical[3] = glm::dvec4(shadow.map_from_world * (t.eye - shadow.origin), 1.0);
         const glm::dmat4 rows = glm::transpose(place_from_clip * shadow.clip_from_map * map_from_optical);
         for (int r = 0; r < 4; ++r) block.maps[i].rows[r] = glm::vec4(rows[r]);
+        std::ranges::copy(plane_rows({rows[0], rows[1], rows[2], rows[3]}), block.maps[i].planes);
         block.maps[i].texel = glm::vec4(glm::dvec4(shadow.texel_m, shadow.texel_per_m, 0.0, 0.0));
     }
     return block;

@@ -102,9 +102,13 @@ std::string defines_of(const ShaderKey& key) {
     if (key.light_around != LightAround::hemisphere) text += "#define BAKED\n" + reflection_defines();
     if (key.light_around == LightAround::map) define("LIGHT_MAP");
     if (key.light_around == LightAround::surroundings) define("SURROUNDINGS");
-    if (key.has_shadows) define("SHADOWS");
-    if (key.has_shadows) define("MAX_SHADOWS " + std::to_string(max_shadow_maps));
-    if (key.has_shadows) define("SHADOW_MAP_SIDE " + std::to_string(shadow_map_side) + ".0");
+    if (key.has_shadows) {
+        define("SHADOWS");
+        define("MAX_SHADOWS " + std::to_string(max_shadow_maps));
+        define("SHADOW_MAP_SIDE " + std::to_string(shadow_map_side) + ".0");
+        define("SHADOW_BIAS_TEXELS " + std::to_string(shadow_bias_texels));
+        define("LEAST_SHADOW_COSINE " + std::to_string(least_shadow_cosine));
+    }
     return text;
 }
 

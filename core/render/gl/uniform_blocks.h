@@ -72,6 +72,7 @@ struct ShadowSlotBlock {
 struct ShadowBlock {
     struct Map {
         glm::vec4 rows[4];
+        glm::vec4 planes[3];
         glm::vec4 texel;
     };
     Map maps[max_shadow_maps];

@@ -1,39 +1,48 @@
 // Look-ups in shadow maps (core/render/shadow_plan.h).
 #ifdef SHADOWS
 struct ShadowMap {
-    vec4 rows[4];  // texture place and depth from the optical frame of the view; w: distance from a local light, else 1
-    vec4 texel;    // side of a texel: x, and y per metre of w
+    vec4 rows[4];    // texture place and depth from the optical frame of the view; w: distance from a local light, else 1
+    vec4 planes[3];  // plane_rows() of those
+    vec4 texel;      // side of a texel: x, and y per metre of w
 };
 layout(std140, binding = 4) uniform ShadowBlock { ShadowMap maps[MAX_SHADOWS]; } shadows;
 
 layout(binding = 5) uniform sampler2DArrayShadow shadow_maps;
 
-float lit(vec3 place, float layer) { return texture(shadow_maps, vec4(place.xy, layer, place.z)); }
+// How much deeper the plane through `position` with normal n is a texel to the right, and one down.
+vec2 shadow_slope(int map, vec3 position, vec3 n) {
+    vec4 plane = vec4(n, -dot(n, position));
+    vec2 across = vec2(dot(shadows.maps[map].planes[0], plane), dot(shadows.maps[map].planes[1], plane));
+    return across * (-1.0 / (SHADOW_MAP_SIDE * dot(shadows.maps[map].planes[2], plane)));
+}
 
 // Share of a light that a map lets through to `position`, whose surface has normal n there; towards: the light, unit.
 float share_in_map(int map, vec3 position, vec3 n, vec3 towards) {
     vec4 row0 = shadows.maps[map].rows[0], row1 = shadows.maps[map].rows[1];
     vec4 row2 = shadows.maps[map].rows[2], row3 = shadows.maps[map].rows[3];
     vec2 texel = shadows.maps[map].texel.xy;
-    // A flat surface that leans away from the light by an angle a is as deep as its neighbour in the map where it is
-    // moved by sin(a) texels along its normal; the filter reaches two texels.
-    float cosine = dot(n, towards);
+    float cosine = dot(n, towards), used_cosine = max(cosine, LEAST_SHADOW_COSINE);
     float side = texel.x + texel.y * max(dot(row3, vec4(position, 1.0)), 0.0);
-    vec4 p = vec4(position + n * (side * (0.5 + 2.0 * sqrt(max(1.0 - cosine * cosine, 0.0)))), 1.0);
+    vec4 p = vec4(position + towards * (side * SHADOW_BIAS_TEXELS / used_cosine), 1.0);
     float w = 1.0 / max(dot(row3, p), 1e-6);
     vec2 at = vec2(dot(row0, p), dot(row1, p)) * (w * SHADOW_MAP_SIDE);
-    float depth = min(dot(row2, p) * w, 1.0), layer = float(map);
+    float depth = dot(row2, p) * w;
+    vec2 slope = shadow_slope(map, position, n + towards * (used_cosine - cosine));
 
-    // The 3x3 tent in four bilinear fetches: I. Castano, Shadow mapping summary, 2013.
+    // The 3x3 tent of I. Castano, Shadow mapping summary, 2013, texel by texel: each is compared with the depth of the
+    // surface's own plane there.
     vec2 base = floor(at + 0.5);
     vec2 t = at + 0.5 - base;
-    vec2 weight0 = 3.0 - 2.0 * t, weight1 = 1.0 + 2.0 * t;
-    vec2 from = (base - 0.5 + (2.0 - t) / weight0 - 1.0) * (1.0 / SHADOW_MAP_SIDE);
-    vec2 to = (base - 0.5 + t / weight1 + 1.0) * (1.0 / SHADOW_MAP_SIDE);
-    float sum = weight0.x * weight0.y * lit(vec3(from, depth), layer) +
-                weight1.x * weight0.y * lit(vec3(to.x, from.y, depth), layer) +
-                weight0.x * weight1.y * lit(vec3(from.x, to.y, depth), layer) +
-                weight1.x * weight1.y * lit(vec3(to, depth), layer);
+    vec4 right = vec4(1.0 - t.x, 2.0 - t.x, 1.0 + t.x, t.x), down = vec4(1.0 - t.y, 2.0 - t.y, 1.0 + t.y, t.y);
+    float sum = 0.0;
+    for (int row = 0; row < 4; ++row) {
+        for (int column = 0; column < 4; ++column) {
+            vec2 step = vec2(column, row);
+            float there = min(depth + dot(slope, step - 1.0 - t), 1.0);
+            vec2 place = (base - 1.5 + step) * (1.0 / SHADOW_MAP_SIDE);
+            sum += right[column] * down[row] * texture(shadow_maps, vec4(place, float(map), there));
+        }
+    }
     return sum * (1.0 / 16.0);
 }
 

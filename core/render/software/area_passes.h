@@ -124,7 +124,8 @@ inline void unmark_blind(const RowsOfView& of, MarkedPixels& marked) {
         if (y < rect.y0 || y >= rect.y1) return;
         for (int x = std::max(rect.x0, x0); x < x1; ++x) marked.unset(x, y);
     };
-    for (const auto [y, x0, x1] : blind_runs(*of.work.scene.lens, {rect.x0, rect.y0, rect.x1, rect.y1 + 1})) {
+    const PixelRect all{rect.x0, rect.y0, rect.x1, rect.y1 + 1};
+    for (const auto [y, x0, x1] : blind_runs(*of.work.scene.lens, all)) {
         unmark(y, x0 - 1, x1);
         unmark(y - 1, x0, x1);
     }

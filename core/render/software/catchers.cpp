@@ -40,9 +40,8 @@ CAMRIG_LANES IntLanes are_darkened(const ViewDraw& draw, const SurfacePoints& po
     IntLanes found{};
     each_light(*draw.lights, true, position, [&](const ArrivingLight& light) __attribute__((always_inline)) {
         if (light.shadows.empty()) return;
-        const Lanes cosine = dot(normal, light.towards);
-        found |= lit_share<Isa>(light.shadows, true, position, normal, cosine) !=
-                 lit_share<Isa>(light.shadows, false, position, normal, cosine);
+        found |= lit_share<Isa>(light.shadows, true, position, normal, light.towards) !=
+                 lit_share<Isa>(light.shadows, false, position, normal, light.towards);
     });
     return found;
 }

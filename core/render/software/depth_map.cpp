@@ -22,7 +22,7 @@ CAMRIG_LANES void draw_depth_body(const ViewGeometry& geometry, const PixelRect&
             if (Isa::bits(mask) == 0) return;
             if (material.alpha_mode == world::AlphaMode::mask) {
                 const OneTriangle one(geometry, draw, triangle, s);
-                mask &= base_color<Isa>(draw, points_of<PointValues::of_alpha>(geometry, draw, one, x, y)).a >=
+                mask &= base_alpha<Isa>(draw, points_of<PointValues::of_alpha>(geometry, draw, one, x, y)) >=
                         material.alpha_cutoff;
             }
             *kept = mask != 0 ? depth : *kept;

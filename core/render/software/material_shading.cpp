@@ -183,8 +183,7 @@ CAMRIG_LANES void add_reflected(const SurfaceResponse& s, const ArrivingLight& a
     if (Isa::bits(cosine > 0.0f) == 0) return;
     Lanes3 light = arriving.color * reflected(s, arriving.towards, cosine);
     if (!arriving.shadows.empty())
-        light =
-            light * lit_share<Isa>(arriving.shadows, has_movers, position, geometric, dot(geometric, arriving.towards));
+        light = light * lit_share<Isa>(arriving.shadows, has_movers, position, geometric, arriving.towards);
     const IntLanes is_before = cosine > 0.0f;
     sum = sum + select(is_before, light, Lanes3{});
 }
@@ -260,7 +259,7 @@ CAMRIG_LANES void arriving_body(const ViewGeometry& geometry, const ViewDraw& dr
                    if (Isa::bits(cosine > 0.0f) == 0) return;
                    Lanes3 light = arriving.color * cosine;
                    if (!arriving.shadows.empty())
-                       light = light * lit_share<Isa>(arriving.shadows, has_movers, position, normal, cosine);
+                       light = light * lit_share<Isa>(arriving.shadows, has_movers, position, normal, arriving.towards);
                    to = to + light;
                });
 }

@@ -81,18 +81,19 @@ private:
 
 /// The places at which a masked surface is there.
 template <typename Isa>
-CAMRIG_LANES SampleMask with_alpha(const ViewGeometry& geometry, const ViewDraw& draw, std::uint32_t number, int x,
-                                   int y, SampleMask mask) {
+CAMRIG_LANES SampleMask with_alpha(const ViewGeometry& geometry, const ScreenTriangle& triangle, const Setup& setup,
+                                   int x, int y, SampleMask mask) {
+    constexpr float between = 1.0f / 8.0f;  // of a pixel's side, from a place to the next
+    constexpr float pixel = float{offset_in_subpixels} / subpixels;
+    const ViewDraw& draw = geometry.draws()[triangle.draw];
+    TriangleInPixel at(geometry, draw, triangle, setup, x, y, between);
     SampleMask made = 0;
     for (int group = 0; group < sample_groups; ++group) {
         const SampleMask bits = mask >> (lane_count * group) & 0xFF;
         if (bits == 0) continue;
-        const Doubles px = widened(sample_x(group)) * double{offset_in_subpixels} + static_cast<double>(x * subpixels);
-        const Doubles py = widened(sample_y(group)) * double{offset_in_subpixels} + static_cast<double>(y * subpixels);
-        constexpr float share = 1.0f / 8.0f;  // of a pixel's side, from a place to the next
-        const TriangleAtPlaces<Isa> at(geometry, draw, IntLanes{} + static_cast<std::int32_t>(number), px, py,
-                                       lanes(share));
-        const Lanes alpha = base_color<Isa>(draw, points_of<PointValues::of_alpha>(geometry, draw, at, x, y)).a;
+        at.go_to(__builtin_convertvector(sample_x(group), Lanes) * pixel,
+                 __builtin_convertvector(sample_y(group), Lanes) * pixel);
+        const Lanes alpha = base_alpha<Isa>(draw, points_of<PointValues::of_alpha>(geometry, draw, at, x, y));
         made |= (bits & Isa::bits(alpha >= draw.primitive->material->alpha_cutoff)) << (lane_count * group);
     }
     return made;
@@ -162,8 +163,8 @@ CAMRIG_LANES void find_ray_fragments(const ViewGeometry& geometry, std::uint32_t
         if (edges.is_outside()) return;
         SampleMask mask = edges.template mask<Isa>() & to.open_places(pixel, nearest);
         if (mask == 0) return;
-        const ViewDraw& draw = geometry.draws()[triangle.draw];
-        if (is_masked(draw)) mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
+        if (is_masked(geometry.draws()[triangle.draw]))
+            mask = with_alpha<Isa>(geometry, triangle, set_up(geometry, number), x, y, mask);
         if (mask != 0) to.add(pixel, mask, plane, reach, number);
     };
     each_touched_part<Isa>(*geometry.rays(), rays, farthest, 0, box,
@@ -198,8 +199,7 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
                             std::min(rect.y1, ((std::max({a.y, b.y, c.y}) + half) >> 8) + 1)};
         if (box.width() <= 0 || box.height() <= 0) continue;
         const float nearest = std::max({a.depth, b.depth, c.depth});
-        const ViewDraw& draw = geometry.draws()[triangle.draw];
-        const bool has_mask = is_masked(draw);
+        const bool has_mask = is_masked(geometry.draws()[triangle.draw]);
         if (has_mask && n < count) {
             later.push_back({-nearest, number});
             continue;
@@ -224,7 +224,7 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
             SampleMask mask = edges->mask<Isa>(values) & to.open_places(pixel, z);
             if (mask == 0) return;
             if (has_mask) {
-                mask = with_alpha<Isa>(geometry, draw, number + 1, x, y, mask);
+                mask = with_alpha<Isa>(geometry, triangle, setup, x, y, mask);
                 if (mask == 0) return;
             }
             to.add(pixel, mask, plane, edges->depth_reach(), number);

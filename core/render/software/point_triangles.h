@@ -132,6 +132,52 @@ private:
     bool is_front_;
 };
 
+/// One triangle at places within one pixel; a step is `share` of a pixel's side.
+class TriangleInPixel : public OneTriangle {
+public:
+    /// A sliver's values go anywhere within a pixel.
+    static constexpr bool stays_inside = true;
+
+    CAMRIG_LANES TriangleInPixel(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
+                                 const Setup& setup, int x, int y, float share)
+        : OneTriangle(geometry, draw, triangle, setup), share_(share) {
+        if (rays() != nullptr) {
+            middle_ray_ = OneTriangle::point_rays(x, y);
+        } else {
+            middle_ = OneTriangle::shares(x, y);
+        }
+    }
+    /// From the middle of the pixel, in pixels.
+    CAMRIG_LANES void go_to(Lanes right, Lanes down) {
+        right_ = right;
+        down_ = down;
+    }
+
+    CAMRIG_LANES ScreenShares<float> shares(int, int) const {
+        ScreenShares<float> made = middle_;
+        made.second = clamp01(middle_.second[0] + right_ * middle_.second_dx + down_ * middle_.second_dy);
+        made.third = middle_.third[0] + right_ * middle_.third_dx + down_ * middle_.third_dy;
+        made.third = min(clamp01(made.third), 1.0f - made.second);
+        for (float* step : {&made.second_dx, &made.third_dx, &made.second_dy, &made.third_dy}) *step *= share_;
+        return made;
+    }
+    /// Between the rays of pixels.
+    CAMRIG_LANES PointRays point_rays(int, int) const {
+        const auto& [at, dx, dy] = middle_ray_;
+        const auto step = [&](const Lanes3& of) __attribute__((always_inline)) {
+            return Lanes3{lanes(of.x[0]), lanes(of.y[0]), lanes(of.z[0])};
+        };
+        const Lanes3 right = step(dx), down = step(dy);
+        return {step(at) + right * right_ + down * down_, right * lanes(share_), down * lanes(share_)};
+    }
+
+private:
+    ScreenShares<float> middle_{};
+    PointRays middle_ray_{};
+    Lanes right_{}, down_{};
+    float share_;
+};
+
 /// A triangle for each pixel of a group, all of one draw.
 template <typename Isa>
 class TriangleOfEach {

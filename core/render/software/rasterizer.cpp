@@ -74,7 +74,7 @@ CAMRIG_LANES void find_visible_body(const ViewGeometry& geometry, std::uint32_t 
                 SurfacePoints points = points_of<PointValues::of_alpha>(geometry, draw, one, x, y);
                 TexturePoints& at = points.textures[base_color_slot];
                 at.has_footprints = at.blends_levels = false;  // whatever colour is made of
-                const Lanes alpha = base_color<Isa>(draw, points).a;
+                const Lanes alpha = base_alpha<Isa>(draw, points);
                 mask &= alpha >= material.alpha_cutoff;
             }
             *kept = mask ? depth : *kept;

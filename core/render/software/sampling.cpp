@@ -47,12 +47,33 @@ struct TexelLanes {
     IntLanes red_green, blue_alpha;
 };
 
-/// channels: 2 or fewer leave blue and alpha out.
-template <typename Isa, std::size_t channels>
+/// Of a texel's channels, those from `first` up to `end`.
+struct ChannelRange {
+    std::size_t first, end;
+    constexpr std::size_t count() const { return end - first; }
+};
+consteval ChannelRange range_of(TextureChannels channels) {
+    switch (channels) {
+        case TextureChannels::red:
+            return {0, 1};
+        case TextureChannels::rgb:
+            return {0, 3};
+        case TextureChannels::rgba:
+            return {0, 4};
+        case TextureChannels::alpha:
+            return {3, 4};
+    }
+}
+
+/// What is not wanted may be left out.
+template <typename Isa, TextureChannels wanted>
 CAMRIG_LANES TexelLanes texels_at(const Texel* texels, IntLanes at) {
     static_assert(sizeof(Texel) == sizeof(std::int64_t));
-    if constexpr (channels <= 2) {
-        return {gathered<Isa>(reinterpret_cast<const std::int32_t*>(texels), at * 2), IntLanes{}};
+    const auto* const halves = reinterpret_cast<const std::int32_t*>(texels);
+    if constexpr (range_of(wanted).end <= 2) {
+        return {gathered<Isa>(halves, at * 2), IntLanes{}};
+    } else if constexpr (range_of(wanted).first >= 2) {
+        return {IntLanes{}, gathered<Isa>(halves, at * 2 + 1)};
     } else {
         // Ordered so that no shuffle has to cross the halves of a vector.
         const IntLanes order = __builtin_shufflevector(at, at, 0, 1, 4, 5, 2, 3, 6, 7);
@@ -69,7 +90,7 @@ CAMRIG_LANES TexelLanes texels_at(const Texel* texels, IntLanes at) {
 struct TexelLanesPair {
     TexelLanes first, second;
 };
-template <typename Isa, std::size_t channels>
+template <typename Isa, TextureChannels wanted>
 CAMRIG_LANES TexelLanesPair texels_of_row(const Texel* texels, IntLanes row, const TexelPair& columns,
                                           bool are_neighbors) {
     if (are_neighbors) [[likely]] {
@@ -77,8 +98,7 @@ CAMRIG_LANES TexelLanesPair texels_of_row(const Texel* texels, IntLanes row, con
         Isa::quads(reinterpret_cast<const std::int32_t*>(texels), (row + columns.first) * 2, both);
         return {{both[0], both[1]}, {both[2], both[3]}};
     }
-    return {texels_at<Isa, channels>(texels, row + columns.first),
-            texels_at<Isa, channels>(texels, row + columns.second)};
+    return {texels_at<Isa, wanted>(texels, row + columns.first), texels_at<Isa, wanted>(texels, row + columns.second)};
 }
 
 /// Which level each lane looks at, and whether that is larger than it is seen.
@@ -133,10 +153,13 @@ CAMRIG_LANES LevelImage image_of(const SampledTexture& texture, const TexelLevel
             level.is_magnified};
 }
 
-/// The first channels of a texture at (u, v). is_opaque: alpha is not looked at, and comes out as 1.
-template <typename Isa, std::size_t channels>
-CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, Lanes u, Lanes v, const LevelImage& of,
-                                                bool is_opaque) {
+template <TextureChannels wanted>
+using Sampled = std::array<Lanes, range_of(wanted).count()>;
+
+/// These channels of a texture at (u, v). is_opaque: alpha is not looked at, and comes out as 1.
+template <typename Isa, TextureChannels wanted>
+CAMRIG_LANES Sampled<wanted> sample(const SampledTexture& texture, Lanes u, Lanes v, const LevelImage& of,
+                                    bool is_opaque) {
     const SoftwareImage& image = *texture.image;
     const IntLanes is_magnified = of.is_magnified;
     const bool same_filter = texture.sampler.magnify == texture.sampler.minify;
@@ -161,32 +184,33 @@ CAMRIG_LANES std::array<Lanes, channels> sample(const SampledTexture& texture, L
     const IntLanes upper = of.first + rows.first * of.across.count, lower = of.first + rows.second * of.across.count;
     // But where a row ends.
     const bool are_neighbors = Isa::bits(columns.second != columns.first + 1) == 0;
-    const auto [a, b] = texels_of_row<Isa, channels>(texels, upper, columns, are_neighbors);
-    const auto [c, d] = texels_of_row<Isa, channels>(texels, lower, columns, are_neighbors);
+    const auto [a, b] = texels_of_row<Isa, wanted>(texels, upper, columns, are_neighbors);
+    const auto [c, d] = texels_of_row<Isa, wanted>(texels, lower, columns, are_neighbors);
     const auto channel = [](const TexelLanes& of_texel, std::size_t i) __attribute__((always_inline)) {
         const IntLanes both = i < 2 ? of_texel.red_green : of_texel.blue_alpha;
         return __builtin_convertvector(i % 2 == 0 ? both & 0xFFFF : (both >> 16) & 0xFFFF, Lanes);
     };
-    std::array<Lanes, channels> made;
-    for (std::size_t i = 0; i < channels; ++i) {
+    constexpr ChannelRange range = range_of(wanted);
+    Sampled<wanted> made;
+    for (std::size_t i = range.first; i < range.end; ++i) {
+        Lanes& value = made[i - range.first];
         if (i == 3 && is_opaque) {
-            made[i] = lanes(1.0f);
+            value = lanes(1.0f);
             continue;
         }
         const Lanes va = channel(a, i), vb = channel(b, i), vc = channel(c, i), vd = channel(d, i);
         const Lanes above = va + (vb - va) * columns.share, below = vc + (vd - vc) * columns.share;
-        made[i] = (above + (below - above) * rows.share) * (1.0f / 65535.0f);
+        value = (above + (below - above) * rows.share) * (1.0f / 65535.0f);
     }
     return made;
 }
 
 /// The mean of a texture over the footprint: up to four samples along it, at the level of its width. Decision 0105 has
 /// what other numbers cost and give.
-template <typename Isa, std::size_t channels>
-CAMRIG_LANES std::array<Lanes, channels> sample_over(const SampledTexture& texture, const TexturePoints& points,
-                                                     bool is_opaque) {
-    // Shade, the only texture of one channel, is smooth.
-    constexpr int most_samples = channels == 1 ? 1 : 4;
+template <typename Isa, TextureChannels wanted>
+CAMRIG_LANES Sampled<wanted> sample_over(const SampledTexture& texture, const TexturePoints& points, bool is_opaque) {
+    // Shade, of which only red is looked at, is smooth.
+    constexpr int most_samples = wanted == TextureChannels::red ? 1 : 4;
     // Where these are too few the level is as coarse as they are apart.
     const Lanes apart2 = points.longer2 * (1.0f / (most_samples * most_samples));
     // The level that is a little sharper than the width: texels are widened once more by what is filtered between them.
@@ -197,45 +221,45 @@ CAMRIG_LANES std::array<Lanes, channels> sample_over(const SampledTexture& textu
     const IntLanes whole = truncated(length), count = whole < 1 ? IntLanes{} + 1 : whole;
     const Lanes share = 1.0f / __builtin_convertvector(count, Lanes);
     const LevelImage image = image_of<Isa>(texture, level);
-    std::array<Lanes, channels> sum{};
+    Sampled<wanted> sum{};
     for (int i = 0; i < most_samples; ++i) {
         const IntLanes is_there = count > i;
         if (Isa::bits(is_there) == 0) break;
         const Lanes along = is_there ? (static_cast<float>(i) + 0.5f) * share - 0.5f : Lanes{};
-        const auto one = sample<Isa, channels>(texture, points.u + points.u_step * along,
-                                               points.v + points.v_step * along, image, is_opaque);
-        for (std::size_t c = 0; c < channels; ++c) sum[c] = sum[c] + (is_there ? one[c] * share : Lanes{});
+        const auto one = sample<Isa, wanted>(texture, points.u + points.u_step * along,
+                                             points.v + points.v_step * along, image, is_opaque);
+        for (std::size_t c = 0; c < sum.size(); ++c) sum[c] = sum[c] + (is_there ? one[c] * share : Lanes{});
     }
     return sum;
 }
 
 /// Between the two levels beside the step to the next pixel.
-template <typename Isa, std::size_t channels>
-CAMRIG_LANES std::array<Lanes, channels> sample_between(const SampledTexture& texture, const TexturePoints& points,
-                                                        bool is_opaque) {
+template <typename Isa, TextureChannels wanted>
+CAMRIG_LANES Sampled<wanted> sample_between(const SampledTexture& texture, const TexturePoints& points,
+                                            bool is_opaque) {
     const auto most = static_cast<float>(texture.image->levels.size() - 1);
     // Of a normal number; what is smaller is magnified in any case.
     const Lanes detail = 0.5f * log2_of(max(points.longer2, lanes(1e-30f)));
     const Lanes at = min(max(detail, Lanes{}), lanes(most)), lower = floor(at), share = at - lower;
     TexelLevel level{truncated(lower), detail <= 0.0f};
-    auto made = sample<Isa, channels>(texture, points.u, points.v, image_of<Isa>(texture, level), is_opaque);
+    auto made = sample<Isa, wanted>(texture, points.u, points.v, image_of<Isa>(texture, level), is_opaque);
     if (Isa::bits(share > 0.0f) == 0) return made;
     level.number = truncated(min(lower + 1.0f, lanes(most)));
-    const auto next = sample<Isa, channels>(texture, points.u, points.v, image_of<Isa>(texture, level), is_opaque);
-    for (std::size_t i = 0; i < channels; ++i) made[i] = made[i] + (next[i] - made[i]) * share;
+    const auto next = sample<Isa, wanted>(texture, points.u, points.v, image_of<Isa>(texture, level), is_opaque);
+    for (std::size_t i = 0; i < made.size(); ++i) made[i] = made[i] + (next[i] - made[i]) * share;
     return made;
 }
 
-template <typename Isa, std::size_t channels>
+template <typename Isa, TextureChannels wanted>
 CAMRIG_LANES void sample_into(const SampledTexture& texture, const TexturePoints& points, bool is_opaque,
                               SampledLanes& to) {
     const auto made = points.has_footprints && texture.sampler.mipmaps
-                          ? sample_over<Isa, channels>(texture, points, is_opaque)
+                          ? sample_over<Isa, wanted>(texture, points, is_opaque)
                       : points.blends_levels
-                          ? sample_between<Isa, channels>(texture, points, is_opaque)
-                          : sample<Isa, channels>(texture, points.u, points.v,
-                                                  image_of<Isa>(texture, level_of(texture, points.longer2)), is_opaque);
-    for (std::size_t i = 0; i < channels; ++i) to[i] = made[i];
+                          ? sample_between<Isa, wanted>(texture, points, is_opaque)
+                          : sample<Isa, wanted>(texture, points.u, points.v,
+                                                image_of<Isa>(texture, level_of(texture, points.longer2)), is_opaque);
+    for (std::size_t i = 0; i < made.size(); ++i) to[range_of(wanted).first + i] = made[i];
 }
 
 template <typename Isa>
@@ -243,11 +267,13 @@ CAMRIG_LANES void sample_body(const SampledTexture& texture, const TexturePoints
                               bool is_opaque, SampledLanes& to) {
     switch (channels) {
         case TextureChannels::red:
-            return sample_into<Isa, 1>(texture, points, is_opaque, to);
+            return sample_into<Isa, TextureChannels::red>(texture, points, is_opaque, to);
         case TextureChannels::rgb:
-            return sample_into<Isa, 3>(texture, points, is_opaque, to);
+            return sample_into<Isa, TextureChannels::rgb>(texture, points, is_opaque, to);
         case TextureChannels::rgba:
-            return sample_into<Isa, 4>(texture, points, is_opaque, to);
+            return sample_into<Isa, TextureChannels::rgba>(texture, points, is_opaque, to);
+        case TextureChannels::alpha:
+            return sample_into<Isa, TextureChannels::alpha>(texture, points, is_opaque, to);
     }
 }
 

@@ -19,10 +19,10 @@ struct TexturePoints {
 };
 
 using SampledLanes = std::array<Lanes, 4>;
-enum class TextureChannels { red, rgb, rgba };
+enum class TextureChannels { red, rgb, rgba, alpha };
 
-/// Writes the first channels; wide: with Avx2Isa. is_opaque: alpha is not looked at, and comes out as 1. Not inlined:
-/// it is the largest part of all that shades.
+/// Writes these channels, each in its place; wide: with Avx2Isa. is_opaque: alpha is not looked at, and comes out as 1.
+/// Not inlined: it is the largest part of all that shades.
 [[gnu::noinline]] void sample_wide(const SampledTexture& texture, const TexturePoints& points, TextureChannels channels,
                                    bool is_opaque, SampledLanes& to);
 [[gnu::noinline]] void sample_plain(const SampledTexture& texture, const TexturePoints& points,

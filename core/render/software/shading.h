@@ -37,6 +37,16 @@ CAMRIG_LANES Rgba base_color(const ViewDraw& draw, const SurfacePoints& points) 
     return base;
 }
 
+/// Its alpha alone.
+template <typename Isa>
+CAMRIG_LANES Lanes base_alpha(const ViewDraw& draw, const SurfacePoints& points) {
+    Lanes alpha = lanes(draw.base_color.a);
+    if (draw.colors != nullptr) alpha = alpha * points.color[3];
+    if (draw.textures[base_color_slot] != nullptr)
+        alpha = alpha * sampled<Isa>(draw, base_color_slot, TextureChannels::alpha, points)[3];
+    return alpha;
+}
+
 CAMRIG_LANES Lanes3 splat(const glm::vec3& v) {
     return PointGroup::vector(v);
 }

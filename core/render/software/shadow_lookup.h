@@ -36,23 +36,36 @@ CAMRIG_LANES IntLanes shadow_tile_of(Lanes column, Lanes row) {
     return (truncated(row) >> shift) * shadow_tiles + (truncated(column) >> shift);
 }
 
-/// Whether movers may be in the way of the light. Where the look-up leads, which depends on the normal, is not asked:
-/// tiles are noted as far around movers as it can be away (reach_texels in shadow_plan.cpp).
+/// Whether movers may be in the way of the light: tiles are noted as far around them as the filter reaches.
 template <typename Isa>
 CAMRIG_LANES IntLanes may_show_movers(const ShadowInView& map, const Lanes3& position) {
     const ShadowPlace place = shadow_place(map, position);
     return gathered<Isa>(map.movers, shadow_tile_of(shadow_corner(place.column), shadow_corner(place.row))) != 0;
 }
 
-/// Share of the light that one map lets through to the points; all of it where they are not in it.
+/// How much deeper the plane of a point is a texel to the right, and one down.
+struct ShadowSlope {
+    Lanes right, down;
+};
+CAMRIG_LANES ShadowSlope shadow_slope(const ShadowInView& map, const Lanes3& position, const Lanes3& n) {
+    const Lanes distance = -dot(n, position);
+    const auto of = [&](const glm::vec4& row) __attribute__((always_inline)) {
+        return n.x * row.x + n.y * row.y + n.z * row.z + distance * row.w;
+    };
+    const Lanes per_depth = -1.0f / of(map.planes[2]);
+    return {of(map.planes[0]) * per_depth, of(map.planes[1]) * per_depth};
+}
+
+/// Share of the light that one map lets through to the points, whose surface has normal n; all of it where they are not
+/// in it. towards: the light, unit. Each texel is compared with the depth of the point's own plane there (J. Isidoro,
+/// Shadow mapping: GPU-based tips and techniques, 2006); the bias is for what is not quite flat.
 template <typename Isa>
 CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const Lanes3& position, const Lanes3& n,
-                                Lanes cosine) {
-    // A flat surface that leans away from the light by an angle a is as deep as its neighbour in the map where it is
-    // moved by sin(a) texels along its normal; the filter reaches two texels.
+                                const Lanes3& towards) {
+    const Lanes cosine = dot(n, towards), used_cosine = max(cosine, lanes(least_shadow_cosine));
     const Lanes side = map.texel_m + map.texel_per_m * max(along(map.rows[3], position), Lanes{});
-    const Lanes lean = sqrt(max(1.0f - cosine * cosine, Lanes{}));
-    const ShadowPlace place = shadow_place(map, position + n * (side * (0.5f + 2.0f * lean)));
+    const ShadowPlace place = shadow_place(map, position + towards * (side * (shadow_bias_texels / used_cosine)));
+    const ShadowSlope slope = shadow_slope(map, position, n + towards * (used_cosine - cosine));
 
     // The 3x3 tent that I. Castano (Shadow mapping summary, 2013) has in four bilinear fetches, texel by texel.
     const Lanes column = shadow_corner(place.column), row = shadow_corner(place.row);
@@ -62,7 +75,10 @@ CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const 
 
     // Most points lie where all texels around are nearer to the light than they are, or none.
     const Lanes least = gathered<Isa>(&map.bounds->least, tile * 2), most = gathered<Isa>(&map.bounds->most, tile * 2);
-    const IntLanes is_lit = most <= place.depth, is_known = (is_lit | (least > place.depth)) & (of_movers == 0);
+    // The filter reaches two texels; a little more, for what rounding adds.
+    const Lanes reach = 2.001f * (max(slope.right, -slope.right) + max(slope.down, -slope.down));
+    const IntLanes is_lit = most <= place.depth - reach;
+    const IntLanes is_known = (is_lit | (least > place.depth + reach)) & (of_movers == 0);
     const Lanes down = ((1.0f - t + (2.0f - t)) + (1.0f + t)) + t;
     Lanes sum = (down * (1.0f - s) + down * (2.0f - s)) + (down * (1.0f + s) + down * s);
     sum = is_lit ? sum : Lanes{};
@@ -74,13 +90,15 @@ CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const 
     for (unsigned left = Isa::bits(~is_known); left != 0; left &= left - 1) {
         const int k = std::countr_zero(left);
         const float* from = map.texels + first[k];
-        const float depth = place.depth[k], below = t[k], right = s[k];
+        const float below = t[k], right = s[k];
         const std::array<float, 4> weights{1.0f - below, 2.0f - below, 1.0f + below, below};
+        const Floats4 depth = place.depth[k] + slope.right[k] * (Floats4{-1.0f, 0.0f, 1.0f, 2.0f} - right);
         Floats4 lit{};
         for (std::size_t r = 0; r < 4; ++r, from += shadow_stride) {
             Floats4 texels;
             std::memcpy(&texels, from, sizeof texels);
-            lit += texels <= depth ? Floats4{} + weights[r] : Floats4{};
+            const float lower = slope.down[k] * (static_cast<float>(r) - 1.0f - below);
+            lit += texels <= depth + lower ? Floats4{} + weights[r] : Floats4{};
         }
         lit *= Floats4{1.0f - right, 2.0f - right, 1.0f + right, right};
         sum[k] = (lit[0] + lit[1]) + (lit[2] + lit[3]);
@@ -88,12 +106,12 @@ CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const 
     return sum * (1.0f / 16.0f);
 }
 
-/// Share of a light that reaches the points, whose surface has normal n, at an angle of that cosine to the light: what
-/// its maps, of which there is at least one, let through.
+/// Share of a light that reaches the points, whose surface has normal n: what its maps, of which there is at least one,
+/// let through. towards: the light, unit.
 template <typename Isa>
 CAMRIG_LANES Lanes lit_share(std::span<const ShadowInView> maps, bool has_movers, const Lanes3& position,
-                             const Lanes3& n, Lanes cosine) {
-    if (maps.size() == 1) return share_in_map<Isa>(maps.front(), has_movers, position, n, cosine);
+                             const Lanes3& n, const Lanes3& towards) {
+    if (maps.size() == 1) return share_in_map<Isa>(maps.front(), has_movers, position, n, towards);
     // Sides of a cube overlap by more than a filter reaches: of two that see a point one is right, and the other lacks
     // at most what is before the point.
     Lanes least = lanes(1.0f);
@@ -102,7 +120,7 @@ CAMRIG_LANES Lanes lit_share(std::span<const ShadowInView> maps, bool has_movers
         const IntLanes is_seen =
             (min(place.column, place.row) > 0.0f) & (max(place.column, place.row) < static_cast<float>(shadow_stride));
         if (Isa::bits(is_seen) == 0) continue;
-        const Lanes share = share_in_map<Isa>(map, has_movers, position, n, cosine);
+        const Lanes share = share_in_map<Isa>(map, has_movers, position, n, towards);
         least = is_seen ? min(least, share) : least;
     }
     return least;

@@ -33,6 +33,7 @@ struct ShadowInView {
     /// Of a point in the optical frame: column and row in texels with the pad, depth, and w that all three are divided
     /// by: the distance from a local light along the map's axis, else 1.
     std::array<glm::vec4, 4> rows{};
+    std::array<glm::vec4, 3> planes{};         ///< plane_rows() of those
     float texel_m = 0.0f, texel_per_m = 0.0f;  ///< as of ShadowView
     const float* texels = nullptr;  ///< of what stands still; behind them come as many of that and of what moves
     /// By tile: 0, or where a mover may be in the way of a look-up that begins there, shadow_texels_of_map.

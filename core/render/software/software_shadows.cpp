@@ -216,8 +216,9 @@ std::vector<ShadowInView> SoftwareShadows::in_view(const ViewTransform& t) const
         const DepthRow depth = depth_row(view);
         ShadowInView& in = made.emplace_back();
         in.light = view.light;
-        in.rows = {glm::vec4(across(0)), glm::vec4(across(1)), glm::vec4(depth.scale * rows[2] + depth.shift * rows[3]),
-                   glm::vec4(w)};
+        const std::array<glm::dvec4, 4> place{across(0), across(1), depth.scale * rows[2] + depth.shift * rows[3], w};
+        in.rows = {glm::vec4(place[0]), glm::vec4(place[1]), glm::vec4(place[2]), glm::vec4(place[3])};
+        in.planes = plane_rows(place);
         in.texel_m = static_cast<float>(view.texel_m);
         in.texel_per_m = static_cast<float>(view.texel_per_m);
         in.texels = map.texels;

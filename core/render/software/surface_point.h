@@ -107,7 +107,7 @@ CAMRIG_LANES void find_tangents(const ViewDraw& draw, const Triangles& triangles
     points.v_grows = {straight(v[0]), straight(v[1]), straight(v[2])};
 }
 
-/// What is to be known of points: everything, or what base_color() takes its alpha from.
+/// What is to be known of points: everything, or what base_alpha() needs.
 enum class PointValues { all, of_alpha };
 
 /// x is the first pixel of the group.

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "core/frame/tone.h"
 #include "core/render/pixel_rect.h"
 #include "core/render/software/matched_actors.h"
 #include "core/render/software/rows.h"
 #include "core/render/software/static_layers.h"
 #include "core/render/software/taken_picture.h"
+#include "core/render/view_frames.h"
 
 namespace camrig::render::software {
 namespace {
@@ -84,8 +84,7 @@ void note_shown(ViewWork& work) {
     for (const ChannelFrame& channel : work.channels)
         if (channel.frame != nullptr) note(work, *channel.frame, true, work.is_in_parts ? work.layer->number : 0);
     if (work.frame == nullptr) return;
-    // A code strip lies in the same place in all frames of a layer, and is drawn anew.
-    note(work, *work.frame, !work.takes_picture() && frame::changes_nothing(work.view->spec->controls),
+    note(work, *work.frame, !work.takes_picture() && finished_pixels(*work.view) != FinishedPixels::all,
          work.is_in_parts ? work.below : 0);
 }
 

@@ -83,7 +83,7 @@ struct PutDownAction {
 };
 struct LightAction {
     std::string light;
-    std::optional<double> intensity;
+    std::optional<double> intensity, candela, lux;  ///< one of them, or none: it stays
     std::optional<glm::vec3> color;
     double flicker_hz = 0.0;  ///< over 0: goes on and off by chance, so often a second
     std::optional<TimeNs> duration_ns;

@@ -5,6 +5,7 @@
 
 #include "core/base/error_list.h"
 #include "core/world/daylit.h"
+#include "core/world/photometric.h"
 #include "core/world/read/check_walkable.h"
 #include "core/world/scene_names.h"
 
@@ -204,7 +205,18 @@ struct ActionCheck {
     }
     Result<void> operator()(const PutDownAction& action) const { return object(action.object); }
     Result<void> operator()(const LightAction& action) const {
-        return check_light(names.scene, action.light, key_of(path, "light"));
+        if (auto known = check_light(names.scene, action.light, key_of(path, "light")); !known) return known;
+        if (!action.candela && !action.lux) return {};
+        const std::string key = key_of(path, action.lux ? "lux" : "candela");
+        const auto light = std::ranges::find(names.scene.lights, action.light, switch_name);
+        if (light == names.scene.lights.end())
+            return refuse(ErrorKind::invalid_argument, key, "the sun's are environment.daylight's");
+        if ((light->type == LightType::directional) != action.lux.has_value())
+            return refuse(
+                ErrorKind::invalid_argument, key,
+                "'" + action.light + "' is a " + (action.lux ? "lamp, give candela" : "directional light, give lux"));
+        return unit_lux(names.scene.environment) ? Result<void>()
+                                                 : refuse(ErrorKind::invalid_argument, key, std::string(needs_unit));
     }
     Result<void> operator()(const EnvironmentAction&) const { return {}; }
     Result<void> operator()(const CameraAction&) const { return {}; }

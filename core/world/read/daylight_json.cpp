@@ -39,13 +39,11 @@ FieldTable<DaylightSpec> fields_of(std::type_identity<DaylightSpec>) {
             {.name = "turbidity", .doc = "of the air, Linke's: 2 is very clean, 10 haze", .range = {2.0, 10.0}}),
         field_at<&DaylightSpec::overcast>(
             {.name = "overcast", .doc = "1: the sky is all clouds, and there is no sun", .range = {0.0, 1.0}}),
-        entry_by<&DaylightSpec::clouds>(
+        field_at<&DaylightSpec::clouds>(
             {.name = "clouds",
-             .type = "number",
              .doc = "the share of the sky that clouds are, where a `sky` shape shows it; light is as `overcast` says",
              .fallback = "`overcast`",
-             .range = {0.0, 1.0}},
-            [](JsonReader& reader, std::string_view key, float& out) { reader.required(key, out); }),
+             .range = {0.0, 1.0}}),
         color_at<&DaylightSpec::ground>({.name = "ground", .doc = "what the ground reflects of light"})};
     return table;
 }

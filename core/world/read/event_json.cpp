@@ -173,11 +173,23 @@ std::vector<Kind<Action>> make_actions() {
             {required_name_at<&PutDownAction::object>("object", "an object or actor"),
              vector_at<&PutDownAction::position>({.name = "position", .fallback = "on the floor below"})}),
         kind_of<Action, LightAction>(
-            {.name = "light",
-             .doc = "changes a light",
-             .rule = R"({"dependentRequired": {"seconds": ["flicker_hz"]}})"},
+            {.name = "light", .doc = "changes a light", .rule = R"({"dependentRequired": {"seconds": ["flicker_hz"]},
+                         "not": {"anyOf": [{"required": ["candela", "intensity"]}, {"required": ["lux", "intensity"]},
+                                           {"required": ["candela", "lux"]}]}})"},
             {required_name_at<&LightAction::light>("light", "name of the light, or of a group of them"),
              field_at<&LightAction::intensity>({.name = "intensity", .fallback = "as it is", .range = {0.0, 1e9}}),
+             field_at<&LightAction::candela>({.name = "candela",
+                                              .doc = "of a point light or spot: instead of intensity, where the scene "
+                                                     "has a unit (see units)",
+                                              .unit = "cd",
+                                              .fallback = "as it is",
+                                              .range = {0.0, 1e12}}),
+             field_at<&LightAction::lux>({.name = "lux",
+                                          .doc = "of a directional light: instead of intensity, where the scene has a "
+                                                 "unit (see units)",
+                                          .unit = "lx",
+                                          .fallback = "as it is",
+                                          .range = {0.0, 1e12}}),
              new_color<&LightAction::color>("color"),
              field_at<&LightAction::flicker_hz>({.name = "flicker_hz",
                                                  .doc = "over 0: it goes on and off by chance, so often a second",
@@ -186,6 +198,8 @@ std::vector<Kind<Action>> make_actions() {
              clip_length<LightAction>()},
             [](const LightAction& action, JsonReader& reader) {
                 if (action.duration_ns && action.flicker_hz == 0.0) reader.fail("seconds", "belongs to flicker_hz");
+                if (action.intensity.has_value() + action.candela.has_value() + action.lux.has_value() > 1)
+                    reader.fail("intensity", "give one of intensity, candela and lux");
             }),
         kind_of<Action, EnvironmentAction>(
             {.name = "environment", .doc = "changes the surroundings"},

@@ -156,6 +156,25 @@ TEST(Bake, AWhiteFurnaceIsAsBrightAsTheSeriesSays) {
     }
 }
 
+/// A black box whose faces are thin, without anything around it.
+world::SceneRef thin_box(double side) {
+    auto scene = std::make_shared<world::Scene>(*scene_of({{"box", {0, 0, 1}, glm::dvec3(side), 0.0}}));
+    auto model = std::make_shared<world::Model>(*scene->models.at("box").model);
+    for (world::Material& material : model->materials) material.double_sided = true;
+    scene->models.at("box").model = model;
+    return scene;
+}
+
+TEST(Bake, OfAThinSurfaceTheSideCountsThatIsSeenFromFar) {
+    const auto top_of = [](double side) {
+        const auto scene = thin_box(side);
+        const world::BakedLight light = baked(scene);
+        return light_at(scene, light, layer_of(light, LightSource::sky), "box", {0.1, 0.1, 1.0 + side}, up).g;
+    };
+    EXPECT_GT(top_of(1.0), 0.97f) << "its inside is seen by nobody";
+    EXPECT_NEAR(top_of(20.0), 0.5f, 0.02f) << "in a hall one may stand on either side";
+}
+
 TEST(Bake, ProbesInTheOpenHaveSkyAboveAndGroundBelow) {
     // High over a small block.
     const auto scene = scene_of({{"block", {0, 0, 0}, {0.2, 0.2, 0.2}, 0.0}});

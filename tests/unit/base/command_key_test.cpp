@@ -4,8 +4,11 @@
 #include <filesystem>
 #include <fstream>
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "core/base/private_folder.h"
@@ -19,6 +22,13 @@ using testing::HasSubstr;
 mode_t mode_of(const fs::path& path) {
     struct stat facts{};
     return ::lstat(path.c_str(), &facts) == 0 ? facts.st_mode & 07777 : 0;
+}
+
+/// Locks what stands there as a rig that lives does.
+UniqueFd hold(const fs::path& key) {
+    UniqueFd lock(::open(key.c_str(), O_RDONLY | O_CLOEXEC));
+    EXPECT_EQ(::flock(lock.get(), LOCK_EX), 0) << key;
+    return lock;
 }
 
 /// A runtime folder of this test's own.
@@ -52,18 +62,31 @@ TEST_F(CommandKey, IsReadByItsOwnerAtItsAddressOnlyWhileTheRigListens) {
     EXPECT_TRUE(fs::is_empty(top_ / "camrig"));
 }
 
-TEST_F(CommandKey, OfARigThatIsGoneIsReplaced) {
-    ASSERT_TRUE(make_private_folder(user_runtime_folder()));
-    std::ofstream(command_key_path("::1", 80)) << "old";
+TEST_F(CommandKey, OfARigThatWasKilledIsNotBelievedAndGoesWithTheNext) {
+    const pid_t rig = ::fork();
+    ASSERT_GE(rig, 0);
+    if (rig == 0) {
+        const auto one = CommandKeyFile::create("old", "::1", 80), other = CommandKeyFile::create("older", "::1", 81);
+        ::_exit(one && other && read_command_key("::1", 80) == "old" && read_command_key("::1", 81) ? 0 : 1);
+    }
+    int status = -1;
+    ASSERT_EQ(::waitpid(rig, &status, 0), rig);
+    ASSERT_EQ(status, 0);
+    ASSERT_TRUE(fs::exists(command_key_path("::1", 80)));
+    EXPECT_EQ(read_command_key("::1", 80), std::nullopt);
+    const auto of_another = CommandKeyFile::create("another's", "127.0.0.1", 80);
+    EXPECT_FALSE(fs::exists(command_key_path("::1", 80)) || fs::exists(command_key_path("::1", 81)));
     const auto file = CommandKeyFile::create("new", "::1", 80);
-    ASSERT_TRUE(file) << file.error().message;
+    ASSERT_TRUE(of_another && file) << file.error().message;
     EXPECT_EQ(read_command_key("::1", 80), "new");
+    EXPECT_EQ(read_command_key("127.0.0.1", 80), "another's");
 }
 
 TEST_F(CommandKey, IsNeitherWrittenToNorReadFromAFolderThatOthersCanEnter) {
     fs::create_directory(top_ / "camrig");
     fs::permissions(top_ / "camrig", fs::perms(0755));
     std::ofstream(command_key_path("::1", 80)) << "planted";
+    const UniqueFd planter = hold(command_key_path("::1", 80));
     EXPECT_EQ(read_command_key("::1", 80), std::nullopt);
     EXPECT_THAT(CommandKeyFile::create("key", "::1", 80).error().message, HasSubstr("chmod 700"));
     fs::rename(top_ / "camrig", top_ / "elsewhere");
@@ -76,6 +99,7 @@ TEST_F(CommandKey, IsNeitherWrittenToNorReadFromAFolderThatOthersCanEnter) {
 TEST_F(CommandKey, IsNotReadThroughALink) {
     ASSERT_TRUE(make_private_folder(user_runtime_folder()));
     std::ofstream(top_ / "other") << "other";
+    const UniqueFd planter = hold(top_ / "other");
     fs::create_symlink(top_ / "other", command_key_path("::1", 80));
     EXPECT_EQ(read_command_key("::1", 80), std::nullopt);
 }

@@ -255,6 +255,7 @@ TEST(JpegEncoder, BadInputIsAnError) {
               ErrorKind::unsupported);
     EXPECT_EQ(encoder->encode(frame::Frame(frame::test::frame_info({0, 16}), std::vector<std::byte>{})).error().kind,
               ErrorKind::invalid_argument);
+    EXPECT_EQ(encoder->encode(frame::test::noise({65501, 1})).error().kind, ErrorKind::invalid_argument);
     EXPECT_TRUE(encoder->encode(frame::test::noise({16, 16})).has_value()) << "and it goes on";
 }
 

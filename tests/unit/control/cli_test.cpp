@@ -324,6 +324,7 @@ TEST_F(Cli, OptionsOfTheTableAreReadByTheirType) {
     EXPECT_EQ(after["code_strip"], false);
     EXPECT_EQ(after["near"], 0.25);
     EXPECT_EQ(run({"camera", "set", "a", "--near", "close"}).code, 2);
+    EXPECT_EQ(run({"camera", "set", "a", "--tilt-deg", "-100"}).code, 2);
     EXPECT_EQ(run({"camera", "set", "a", "--code-strip", "--no-code-strip"}).code, 2);
     const Outcome refused = at_rig({"camera", "set", "a", "--zoom", "11"});
     EXPECT_EQ(refused.code, 1);
@@ -336,6 +337,7 @@ TEST_F(Cli, AnActorIsSteered) {
     EXPECT_THAT(at_rig({"actor", "steer", "anna", "--velocity", "0,0,0"}).out, StartsWith("anna: steered"));
     EXPECT_EQ(run({"actor", "steer", "anna", "--velocity", "1,0,0", "--position", "1,2,0"}).code, 2);
     EXPECT_EQ(run({"actor", "steer", "anna", "--seconds", "2"}).code, 2);
+    EXPECT_THAT(at_rig({"actor", "steer", "anna"}).err, HasSubstr("say how: --velocity X,Y,Z"));
 }
 
 /// A parameter that a method gets needs no edit of the command line.

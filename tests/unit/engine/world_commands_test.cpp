@@ -77,6 +77,18 @@ TEST_F(WorldCommandsTest, AWaitingClientIsAnsweredWhenAnEventFires) {
     EXPECT_TRUE(call(WaitEvents{log->last, 10 * ns_per_ms})->events.empty());
 }
 
+TEST_F(WorldCommandsTest, AClientTooManyIsNotLeftToWaitForEvents) {
+    constexpr int most = 256;
+    std::vector<decltype(post(WaitEvents{}))> waiting;
+    for (int i = 0; i < most; ++i) {
+        waiting.push_back(post(WaitEvents{0, 60 * ns_per_s}));
+        ASSERT_TRUE(call(GetWorld{}));  // it waits now
+    }
+    for (auto& one : waiting) EXPECT_EQ(one.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
+    EXPECT_EQ(call(WaitEvents{0, 60 * ns_per_s}).error().kind, ErrorKind::resource_exhausted);
+    EXPECT_TRUE(call(WaitEvents{0, 0})->events.empty()) << "who does not wait is answered";
+}
+
 TEST_F(WorldCommandsTest, TheLogIsBoundedAndTellsWhatIsMissed) {
     AddEvent add;
     add.event.name = "often";

@@ -1,5 +1,6 @@
 """The client against a stand-in for the daemon."""
 
+import fcntl
 import socket
 import threading
 import time
@@ -9,6 +10,7 @@ import pytest
 import camrig
 import fake_rig
 from camrig.client import Client
+from camrig.runtime import CommandKeyFile
 from camrig.transport import LineConnection, unix_connector
 
 
@@ -165,8 +167,7 @@ def test_the_key_of_a_rig_of_this_user_is_found_by_its_address(keys):
     fake.handlers["auth"] = lambda params: {"authorized": True}
     http, http_port = fake_rig.serve_http(fake, "the-key")
     tcp, tcp_port = fake_rig.serve_tcp(fake)
-    (keys / f"127.0.0.1:{http_port}.key").write_text("the-key\n")
-    (keys / f"127.0.0.1:{tcp_port}.key").write_text("another-key\n")
+    of_http, of_tcp = CommandKeyFile("the-key", "127.0.0.1", http_port), CommandKeyFile("another-key", "127.0.0.1", tcp_port)
     camrig.connect(f"http://127.0.0.1:{http_port}").close()
     camrig.connect(host="localhost", port=tcp_port).close()
     assert ("auth", {"token": "another-key"}) in fake.requests
@@ -174,13 +175,16 @@ def test_the_key_of_a_rig_of_this_user_is_found_by_its_address(keys):
     with pytest.raises(camrig.CamrigError, match="refused the token"):
         camrig.connect(host="127.0.0.1", http_port=http_port)
     camrig.connect(f"http://127.0.0.1:{http_port}/#key=the-key").close()
+    of_tcp.close()
+    of_http.close()
+    assert [path.name for path in keys.iterdir()] == [f"[::1]:{http_port}.key"]
     for server in (http, tcp):
         server.shutdown()
         server.server_close()
 
 
-@pytest.mark.parametrize("planted", ["folder open to all", "link"])
-def test_a_key_that_others_could_have_written_is_not_shown(keys, planted):
+@pytest.mark.parametrize("planted", ["folder open to all", "link", "left by a rig that was killed"])
+def test_a_key_that_no_rig_of_this_user_holds_is_not_shown(keys, planted):
     fake = fake_rig.FakeRig()
     server, port = fake_rig.serve_tcp(fake)
     key = keys / f"127.0.0.1:{port}.key"
@@ -189,9 +193,16 @@ def test_a_key_that_others_could_have_written_is_not_shown(keys, planted):
         key.symlink_to(keys / "elsewhere")
     else:
         key.write_text("planted")
-        keys.chmod(0o755)
-    camrig.connect(host="127.0.0.1", port=port).close()
+    with key.open() as planter:
+        if planted != "left by a rig that was killed":
+            fcntl.flock(planter, fcntl.LOCK_EX)
+        if planted == "folder open to all":
+            keys.chmod(0o755)
+        camrig.connect(host="127.0.0.1", port=port).close()
     assert [method for method, _ in fake.requests] == ["server.info"]
+    keys.chmod(0o700)
+    CommandKeyFile("new", "127.0.0.1", 1).close()
+    assert key.exists() == (planted == "link")
     server.shutdown()
     server.server_close()
 

@@ -69,7 +69,8 @@ def test_who_was_overtaken_cannot_write_and_what_is_sent_twice_comes_once():
 
 
 def test_a_lease_is_taken_only_when_it_was_not_renewed(monkeypatch):
-    monkeypatch.setattr(log_module, "LEASE_S", 0.4)
+    now = [100.0]
+    monkeypatch.setattr(log_module, "time", SimpleNamespace(monotonic=lambda: now[0], time=time.time))
 
     async def run():
         async with bus() as client:
@@ -79,10 +80,10 @@ def test_a_lease_is_taken_only_when_it_was_not_renewed(monkeypatch):
             assert await one.keep() and one.term == 1
             for _ in range(4):
                 assert not await two.keep()
-                await asyncio.sleep(0.15)
+                now[0] += 0.75
                 assert await one.keep()
             await two.keep()
-            await asyncio.sleep(0.45)  # one was stopped
+            now[0] += 2.25  # one was stopped
             assert not one.is_held()
             assert await two.keep() and two.term == 2
             assert not await one.keep()

@@ -6,7 +6,11 @@ import hashlib
 import io
 import json
 import os
+import signal
+import subprocess
+import sys
 import tempfile
+from pathlib import Path
 
 import pytest
 
@@ -22,6 +26,7 @@ from camrig.farm.batch.scratch import scratch
 from camrig.farm.batch.shard import Shard
 from camrig.farm.batch.store import Differs, Store
 from camrig.farm.batch.variants import rows_of
+from camrig.farm.own_folder import OwnFolder
 
 SCENE = {"camrig_scene": 1, "lights": [{"name": "sun", "intensity": 1}], "environment": {"exposure": 1}, "models": {"box": {"file": "box.glb"}},
          "cameras": [{"name": "eye", "outputs": [{"kind": "device", "number": 3}]}]}
@@ -297,6 +302,22 @@ def test_only_what_a_dead_drawer_left_is_removed(tmp_path, monkeypatch):
             assert first.is_dir() and second.is_dir() and tempfile.gettempdir() == str(second)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["camrig-drawer-link", "camrig-drawer-mine", "camrig-farm"]
     assert (tmp_path / "camrig-farm" / "file").exists()
+
+
+def test_what_a_process_that_was_killed_left_goes_and_what_lives_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    program = ("import os, signal; from camrig.farm.own_folder import OwnFolder; own = OwnFolder('camrig-node-'); (own.path / 'rig.sock').touch(); "
+               "print(own.path, flush=True); os.kill(os.getpid(), signal.SIGKILL)")
+    killed = subprocess.run([sys.executable, "-c", program], env={**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(sys.path)},
+                            capture_output=True, text=True, check=False, timeout=60)
+    left = Path(killed.stdout.strip())
+    assert killed.returncode == -signal.SIGKILL and left.is_dir()
+    mine, other = OwnFolder("camrig-node-"), OwnFolder("camrig-node-")
+    assert not left.exists() and mine.path.is_dir() and other.path.is_dir()
+    other.close()
+    assert not other.path.exists()
+    del mine
+    assert not list(tmp_path.iterdir())
 
 
 def test_the_bar_says_rate_and_time_left():

@@ -43,6 +43,19 @@ TEST(IdCensus, TheMainOccluderCoversMostOfWhatIsHidden) {
     EXPECT_EQ(main_occluder(alone, all, 4, {8, 1}), 0u);
 }
 
+TEST(IdCensus, TheMainOccluderIsFoundWhicheverOfManyItIs) {
+    const std::vector<std::uint32_t> others{7, 30, 2, 19, 5, 11};
+    for (const std::uint32_t most : others) {
+        for (const std::uint32_t equal : others) {
+            Ids scene;
+            for (std::size_t i = 0; i < others.size(); ++i)
+                scene.insert(scene.end(), others[i] == most || others[i] == equal ? 10 : i + 1, others[i]);
+            const ImageSize size{static_cast<int>(scene.size()), 1};
+            EXPECT_EQ(main_occluder(scene, {{0, 0, size.width}}, 4, size), std::min(most, equal));
+        }
+    }
+}
+
 TEST(IdCensus, ASilhouetteIsTheRunsOfEachRowInItsBox) {
     const Ids ids{4, 4, 0, 4,  //
                   0, 4, 4, 4,  //

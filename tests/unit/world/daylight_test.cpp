@@ -325,6 +325,38 @@ TEST(Act, DoesWhatAnEventWouldOrNothingWhereANameIsUnknown) {
     EXPECT_TRUE(world->take_records().empty());
 }
 
+TEST(Act, SetsLightsInTheUnitsOfAPhotometricScene) {
+    auto scene = empty_scene();
+    scene->lights.assign(2, {});
+    scene->lights[0].name = "lamp", scene->lights[0].type = LightType::point;
+    scene->lights[1].name = "moon", scene->lights[1].type = LightType::directional;
+    const auto act = [&](World& world, const char* action) {
+        return world.act(
+            event((std::string(R"({"name": "x", "when": {"at_s": 99}, "do": [{"action": "light", )") + action + "}]}")
+                      .c_str())
+                .actions);
+    };
+    const auto message_of = [](const auto& result) { return result ? std::string() : result.error().message; };
+    auto without = World::create(scene, 1).value();
+    EXPECT_THAT(message_of(act(*without, R"("light": "lamp", "candela": 300)")),
+                HasSubstr("do[0].candela: needs environment.lux"));
+    scene->environment.lux = 200.0;
+    auto world = World::create(scene, 1).value();
+    ASSERT_TRUE(act(*world, R"("light": "lamp", "candela": 300)"));
+    ASSERT_TRUE(act(*world, R"("light": "moon", "lux": 50)"));
+    world->advance_to(ns_per_s);
+    EXPECT_FLOAT_EQ(world->snapshot(ns_per_s)->statics->lights[0].intensity, 1.5f);
+    EXPECT_FLOAT_EQ(world->snapshot(ns_per_s)->statics->lights[1].intensity, 0.25f);
+    EXPECT_THAT(message_of(act(*world, R"("light": "lamp", "lux": 5)")),
+                HasSubstr("do[0].lux: 'lamp' is a lamp, give candela"));
+    EXPECT_THAT(message_of(act(*world, R"("light": "moon", "candela": 5)")),
+                HasSubstr("do[0].candela: 'moon' is a directional light, give lux"));
+    const auto twice = json::parse(R"({"name": "x", "when": {"at_s": 99},
+                                       "do": [{"action": "light", "light": "lamp", "lux": 5, "intensity": 1}]})");
+    JsonReader reader(twice, "");
+    EXPECT_THAT(message_of(read_event(reader)), HasSubstr("do[0].intensity: give one of intensity, candela and lux"));
+}
+
 TEST(Act, SwitchesLampsOfAGroupTogetherAndNoneAlone) {
     auto scene = empty_scene();
     scene->lights.clear();

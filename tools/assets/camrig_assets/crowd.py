@@ -114,7 +114,7 @@ def scene():
     scene.data["environment"] = {
         "lux": 100e3,
         "daylight": {"azimuth_deg": 230, "elevation_deg": 50, "turbidity": 4, "clouds": 0.3, "ground": (0.3, 0.28, 0.25)},
-        "exposure": 1.6,
+        "exposure": 2.2,
     }
     scene.model("square", "crowd/square.glb")
     scene.data["models"]["sky"] = {"shape": "sky"}

@@ -79,8 +79,8 @@ class Glb:
     def image(self, data, mime, name):
         return self._add("images", {"name": name, "mimeType": mime, "bufferView": self._view(data)})
 
-    def texture(self, image, wrap=REPEAT):
-        sampler = {"magFilter": LINEAR, "minFilter": LINEAR_MIPMAP_LINEAR, "wrapS": wrap, "wrapT": wrap}
+    def texture(self, image, wrap=REPEAT, minify=LINEAR_MIPMAP_LINEAR):
+        sampler = {"magFilter": LINEAR, "minFilter": minify, "wrapS": wrap, "wrapT": wrap}
         samplers = self.json.setdefault("samplers", [])
         if sampler not in samplers:
             samplers.append(sampler)
@@ -97,6 +97,7 @@ class Glb:
         emissive_strength=None,
         emissive_texture=None,
         occlusion_texture=None,
+        occlusion_set=1,
         alpha="OPAQUE",
         cutoff=0.5,
         double_sided=False,
@@ -121,7 +122,7 @@ class Glb:
         if emissive_texture is not None:
             item["emissiveTexture"] = {"index": emissive_texture}
         if occlusion_texture is not None:
-            item["occlusionTexture"] = {"index": occlusion_texture, "texCoord": 1}
+            item["occlusionTexture"] = {"index": occlusion_texture, "texCoord": occlusion_set}
         if alpha != "OPAQUE":
             item["alphaMode"] = alpha
         if alpha == "MASK":

@@ -322,7 +322,7 @@ def scene():
 
 def variants():
     return {
-        "street-noon.json": _variant("street noon", "The street in the sun of noon.", 100e3, {"azimuth_deg": 150, "elevation_deg": 52, "turbidity": 4.5, "clouds": 0.35}, 1.8, 0),
+        "street-noon.json": _variant("street noon", "The street in the sun of noon.", 100e3, {"azimuth_deg": 150, "elevation_deg": 52, "turbidity": 4.5, "clouds": 0.35}, 2.2, 0),
         "street-evening.json": _variant(
             "street evening", "The street in the last sun, its lamps just lit.", 10e3, {"azimuth_deg": 258, "elevation_deg": 8, "turbidity": 4, "clouds": 0.3}, 1.8, 3000
         ),

@@ -80,24 +80,14 @@ class Edges:
     error_m: np.ndarray
     error_px: np.ndarray  # in the picture, at that place
     texel_m: np.ndarray
-    offset_m: np.ndarray  # of the error, what follows from where a surface looks its light up
     width_m: np.ndarray  # from a tenth to nine tenths of the light, across the edge on the ground
     stretch: np.ndarray  # as in Outlines
     missing: int  # lines on which no edge was found, though all of them is seen
 
     @property
-    def rest_texels(self):
-        """The error that is left without the offset, in texels of the map."""
-        return (self.error_m - self.offset_m) / (self.texel_m * self.stretch)
-
-
-def offset_m(light, places, outwards, texel_m):
-    """A surface looks its light up over itself, half a texel and twice the sine of the light's angle of texels, so that it is not in its own shadow (shadow_lookup.h): so far out of a
-    shadow is its edge.
-    """
-    way = light.way_to(places)
-    height = texel_m * (0.5 + 2 * np.sqrt(1 - way[:, 2] ** 2))
-    return (way * outwards).sum(axis=1) / way[:, 2] * height
+    def error_texels(self):
+        """In texels of the map."""
+        return self.error_m / (self.texel_m * self.stretch)
 
 
 def measured(rig, camera, view, ground, light, fine, boxes="things"):
@@ -124,9 +114,8 @@ def edges(shadowed, clear, fine, camera, view, ground, light):
     """Edges in linear light with and without boxes."""
     outlines = Outlines.of(ground, light)
     texel_m = light.texel_m(outlines.places, ground)
-    offset = offset_m(light, outlines.places, outlines.outwards, texel_m)
     across = np.linspace(-REACH_TEXELS, REACH_TEXELS, 2 * PLACES + 1)
-    out_m = offset[:, None] + (texel_m * outlines.stretch)[:, None] * across
+    out_m = (texel_m * outlines.stretch)[:, None] * across
     lines = outlines.places[:, None] + out_m[:, :, None] * outlines.outwards[:, None]
     pixels, used = _seen(lines, camera, view, ground)
     used &= np.linalg.norm(pixels[:, -1] - pixels[:, 0], axis=1) * fine > 2 * REACH_TEXELS  # a texel is a sample at least
@@ -144,7 +133,7 @@ def edges(shadowed, clear, fine, camera, view, ground, light):
     error, places = found[good, 1], outlines.places[which]
     moved = places + error[:, None] * outlines.outwards[which]
     error_px = np.linalg.norm(camera.project(view.optical(moved)) - camera.project(view.optical(places)), axis=1)
-    return Edges(error, np.copysign(error_px, error), texel_m[which], offset[which], found[good, 2] - found[good, 0], outlines.stretch[which], int((~good).sum()))
+    return Edges(error, np.copysign(error_px, error), texel_m[which], found[good, 2] - found[good, 0], outlines.stretch[which], int((~good).sum()))
 
 
 def _crossing(values, at, level):

@@ -12,6 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +25,17 @@ sys.path.insert(0, str(ROOT / "control" / "python"))
 from camrig.places import find_binary  # noqa: E402
 from camrig.scene_base import on_its_base  # noqa: E402
 from tools.bench.light import compare, export  # noqa: E402
+from tools.bench.light.reference import Layers, Reference  # noqa: E402
 
 PAGE = ROOT / "docs" / "quality.md"
 PICTURES = ROOT / "docs" / "pictures" / "light"
 VIEWS = (("hall", "lobby"), ("street", "corner"), ("street-noon", "crossing"))
+#: Who stands before the camera when people are looked at, on level ground, some with their backs to it.
+PEOPLE = {
+    "hall": (("person_1", 6.2, 5.5, 210), ("person_4", 5.5, 6.6, 20), ("person_6", 6.8, 4.4, 170), ("person_8", 7.7, 7.6, 260), ("person_11", 9.0, 5.3, 120)),
+    "street": (("person_1", -5.2, 0.5, 250), ("person_4", -3.6, -1.2, 40), ("person_6", -2.6, -2.6, 200), ("person_8", -6.4, -2.4, 300), ("person_11", -0.6, 0.6, 230)),
+    "street-noon": (("person_1", -0.3, 4.4, 200), ("person_4", -2.0, 2.2, 330), ("person_6", -2.8, 0.7, 150), ("person_8", -4.5, 3.7, 170), ("person_11", -4.6, 1.8, 90)),
+}
 LEVELS = ("fast", "simple", "beautiful")
 #: `beautiful` in the baked light that the scene is shipped with.
 BAKED = "`beautiful`, baked"
@@ -35,8 +43,17 @@ BAKED = "`beautiful`, baked"
 DEPTH_SHARE = 0.02
 
 
-def draw(scene: dict, place: str, size: tuple[int, int], levels: tuple[str, ...], *, light: Path | None = None):
-    """({level: HxWx3 codes}, depth, the camera as the export has it)."""
+@dataclass(frozen=True)
+class Drawn:
+    """pictures: HxWx3 codes of each level; depth: HxW metres; is_person: HxW; eye: the camera as the export has it."""
+
+    pictures: dict[str, np.ndarray]
+    depth: np.ndarray
+    is_person: np.ndarray
+    eye: export.Eye
+
+
+def draw(scene: dict, place: str, size: tuple[int, int], levels: tuple[str, ...], *, light: Path | None = None) -> Drawn:
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "still.json"
         file.write_text(json.dumps(scene))
@@ -47,8 +64,10 @@ def draw(scene: dict, place: str, size: tuple[int, int], levels: tuple[str, ...]
             cameras = [rig.create_camera(level, place=place, size=size, fps=5, quality=level, antialias="coverage") for level in levels]
             rig.step(seconds=0.2)
             pictures = {level: camera.frame().image[..., 2::-1].astype(float) for level, camera in zip(levels, cameras)}
+            people = [item["id"] for item in cameras[0].truth()["objects"] if item["class"] == "person"]
             projection = cameras[0].projection()
-            return pictures, cameras[0].depth(), export.eye(size, projection.K, projection.world_from_camera)
+            eye = export.eye(size, projection.K, projection.world_from_camera)
+            return Drawn(pictures, cameras[0].depth(), np.isin(cameras[0].instances(), people), eye)
 
 
 def depth_differs(ours: np.ndarray, theirs: np.ndarray) -> float:
@@ -67,42 +86,87 @@ def save(name: str, ours: np.ndarray, theirs: np.ndarray) -> str:
     return f"![{name}: baked `beautiful`, Mitsuba, the difference about grey](pictures/light/{name}.jpg)"
 
 
-def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[list[str], str, str]:
-    from tools.bench.light.reference import Reference
+@dataclass(frozen=True)
+class Found:
+    """One view drawn by us at all levels and by the reference in two halves of its samples; `differs`: share of the pixels whose depth does."""
 
+    drawn: Drawn
+    exported: export.Exported
+    layers: tuple[Layers, Layers]
+    differs: float
+
+    @property
+    def light(self) -> np.ndarray:
+        """The reference's."""
+        return (self.layers[0].whole + self.layers[1].whole) / 2
+
+    def halves(self, level: str, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """In codes, as our level shows that light."""
+        first, second = (export.codes(half.whole, self.exported.exposure * factor, is_toned=self.is_toned(level)) for half in self.layers)
+        return first, second
+
+    def is_toned(self, level: str) -> bool:
+        return self.exported.has_tone_curve and level in ("beautiful", BAKED)
+
+
+def find(name: str, place: str, size: tuple[int, int], samples: int, scene: dict) -> Found:
+    """`scene`: the still one of that name, or with people in it."""
+    drawn = draw(scene, place, size, LEVELS)
     path = ROOT / "scenes" / f"{name}.json"
-    scene = export.still(on_its_base(json.loads(path.read_text()), path))
-    pictures, depth, eye = draw(scene, place, size, LEVELS)
     shipped = next(file for file in (path, path.with_name(json.loads(path.read_text()).get("base", path.name))) if file.with_suffix(".light").is_file())
-    pictures[BAKED] = draw(scene, place, size, ("beautiful",), light=shipped.with_suffix(".light"))[0]["beautiful"]
+    drawn.pictures[BAKED] = draw(scene, place, size, ("beautiful",), light=shipped.with_suffix(".light")).pictures["beautiful"]
     exported = export.read(scene, ROOT / "scenes")
-    unlit = draw(export.without_lights(scene, exported), place, size, ("beautiful",))[0]["beautiful"]
-    reference = Reference(exported, eye)
-    share = depth_differs(depth, reference.depth())
+    reference = Reference(exported, drawn.eye)
+    share = depth_differs(drawn.depth, reference.depth())
     print(f"{name}, {place}: {100 * share:.2f} % of the pixels differ in depth", file=sys.stderr, flush=True)
     if share > DEPTH_SHARE:
         raise RuntimeError(f"{name}, {place}: depth differs in {100 * share:.1f} % of the pixels: the export is wrong")
-    layers = tuple(reference.layers(samples // 2, seed) for seed in (10, 20))
-    light = (layers[0].whole + layers[1].whole) / 2
-    is_lamp = compare.beside_lamps(light * exported.exposure)
+    return Found(drawn, exported, (reference.layers(samples // 2, 10), reference.layers(samples // 2, 20)), share)
+
+
+def shown(level: str) -> str:
+    return level if level == BAKED else f"`{level}`"
+
+
+def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[list[str], str, str]:
+    """Rows of the table of what stands still, the ladder's row, and the line of its picture."""
+    path = ROOT / "scenes" / f"{name}.json"
+    scene = export.still(on_its_base(json.loads(path.read_text()), path))
+    found = find(name, place, size, samples, scene)
+    exported = found.exported
+    is_lamp = compare.beside_lamps(found.light * exported.exposure)
     rows = []
-    for level in (*LEVELS, BAKED):
-        is_toned = exported.has_tone_curve and level in ("beautiful", BAKED)
-        halves = tuple(export.codes(half.whole, exported.exposure, is_toned=is_toned) for half in layers)
-        found = compare.score(pictures[level], halves, is_lamp)
-        factor = compare.best_factor(pictures[level], light * exported.exposure, is_toned=is_toned)
-        levelled = compare.score(pictures[level], tuple(export.codes(half.whole, exported.exposure * factor, is_toned=is_toned) for half in layers), is_lamp)
+    for level, picture in found.drawn.pictures.items():
+        score = compare.score(picture, found.halves(level), is_lamp)
+        factor = compare.best_factor(picture, found.light * exported.exposure, is_toned=found.is_toned(level))
+        levelled = compare.score(picture, found.halves(level, factor), is_lamp)
         rows.append(
-            f"| {name}, {place} | {level if level == BAKED else f'`{level}`'} | {found.psnr_db:.1f} | {found.psnr_without_lamps_db:.1f} | {found.ssim:.3f} | {found.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
-            f"{levelled.flip:.3f} | {compare.noise(halves):.1f} | {100 * share:.2f} |"
+            f"| {name}, {place} | {shown(level)} | {score.psnr_db:.1f} | {score.psnr_without_lamps_db:.1f} | {score.ssim:.3f} | {score.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
+            f"{levelled.flip:.3f} | {compare.noise(found.halves(level)):.1f} | {100 * found.differs:.2f} |"
         )
         print(rows[-1], file=sys.stderr, flush=True)
-    ours = export.light_of(pictures["beautiful"], is_toned=exported.has_tone_curve)
-    steps = compare.mended(ours, export.light_of(unlit), layers, exported.exposure, is_toned=exported.has_tone_curve)
+    unlit = draw(export.without_lights(scene, exported), place, size, ("beautiful",)).pictures["beautiful"]
+    is_toned = exported.has_tone_curve
+    ours = export.light_of(found.drawn.pictures["beautiful"], is_toned=is_toned)
+    steps = compare.mended(ours, export.light_of(unlit), found.layers, exported.exposure, is_toned=is_toned)
     print(f"{name}, {place}: {100 * is_lamp.mean():.1f} % of the pixels are of or beside what shines over white", file=sys.stderr, flush=True)
     ladder = f"| {name}, {place} | " + " | ".join(f"{decibels:.1f}" for _, decibels in steps) + " |"
     print(ladder, file=sys.stderr, flush=True)
-    return rows, ladder, save(f"{name}-{place}", pictures[BAKED], (halves[0] + halves[1]) / 2)
+    return rows, ladder, save(f"{name}-{place}", found.drawn.pictures[BAKED], sum(found.halves(BAKED)) / 2)
+
+
+def measure_people(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[str, str]:
+    """The row of the table of people, and the line of the picture."""
+    path = ROOT / "scenes" / f"{name}.json"
+    people = tuple(export.Person(*of) for of in PEOPLE[name])
+    found = find(name, place, size, samples, export.with_people(export.still(on_its_base(json.loads(path.read_text()), path)), people))
+    there = found.drawn.is_person
+    found_db = (
+        compare.decibels(compare.mean_square(picture[there], tuple(half[there] for half in found.halves(level)))) for level, picture in found.drawn.pictures.items()
+    )
+    row = f"| {name}, {place} | {len(people)} | {100 * there.mean():.1f} | " + " | ".join(f"{value:.1f}" for value in found_db) + " |"
+    print(row, file=sys.stderr, flush=True)
+    return row, save(f"{name}-{place}-people", found.drawn.pictures[BAKED], sum(found.halves(BAKED)) / 2)
 
 
 def main() -> int:
@@ -112,18 +176,23 @@ def main() -> int:
     parser.add_argument("--size", default="320x240", help="WxH (default 320x240)")
     arguments = parser.parse_args()
     width, height = (int(part) for part in arguments.size.split("x"))
-    found = [measure(name, place, (width, height), arguments.samples) for name, place in VIEWS if arguments.only in (None, name)]
+    views = [view for view in VIEWS if arguments.only in (None, view[0])]
+    still = [measure(name, place, (width, height), arguments.samples) for name, place in views]
+    people = [measure_people(name, place, (width, height), arguments.samples) for name, place in views]
     if arguments.only:
         return 0
     text = "\n".join([
         f"{width}x{height}, `antialias: coverage`, {arguments.samples} samples a pixel of Mitsuba.", "",
         "| scene, place | level | PSNR dB | PSNR, lamps left out | SSIM | FLIP | level, ours to reference | PSNR at equal level | FLIP at equal level | noise of the reference, codes | depth differs, % |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
-        *(row for rows, _, _ in found for row in rows), "",
+        *(row for rows, _, _ in still for row in rows), "",
         "PSNR in dB of `beautiful` as one part of its light after the other is replaced by the reference's:", "",
         "| scene, place | as it is | sun: shadows, surfaces | and sun bounced | and the surroundings, with what hides them |", "|---|---|---|---|---|",
-        *(ladder for _, ladder, _ in found), "",
-        *(line for _, _, picture in found for line in (picture, "")),
+        *(ladder for _, ladder, _ in still), "",
+        "PSNR in dB of the pixels of people who stand there:", "",
+        "| scene, place | people | % of the pixels | " + " | ".join(shown(level) for level in (*LEVELS, BAKED)) + " |", "|---|---|---|---|---|---|---|",
+        *(row for row, _ in people), "",
+        *(line for of_still, of_people in zip(still, people) for line in (of_still[2], "", of_people[1], "")),
     ])
     report.put(PAGE, "light", text, f"`build/light/bin/python -m tools.bench.light --samples {arguments.samples} --size {arguments.size}`")
     return 0

@@ -77,6 +77,25 @@ def still(scene: dict[str, Any]) -> dict[str, Any]:
     return made
 
 
+@dataclass(frozen=True)
+class Person:
+    """Stands in the rest pose; `yaw_deg`: where it looks, counter-clockwise from +x."""
+
+    model: str
+    x: float
+    y: float
+    yaw_deg: float
+
+
+def with_people(scene: dict[str, Any], people: tuple[Person, ...]) -> dict[str, Any]:
+    """The still scene with these as actors: what is baked of it stays good."""
+    actors = [
+        {"name": f"person_{i}", "model": one.model, "class": "person", "position": [one.x, one.y, 0.0], "yaw_deg": one.yaw_deg}
+        for i, one in enumerate(people)
+    ]
+    return scene | {"actors": actors}
+
+
 def without_lights(scene: dict[str, Any], exported: Exported) -> dict[str, Any]:
     """The still scene in its ambient light alone, without a tone curve: daylight would bring its sun along."""
     environment = {key: value for key, value in scene.get("environment", {}).items() if key != "daylight"}
@@ -91,14 +110,16 @@ def read(scene: dict[str, Any], folder: Path) -> Exported:
     ambient = environment.get("ambient", {})
     files: dict[str, list[Primitive]] = {}
     surfaces: list[Primitive] = []
-    for item in scene["objects"]:
+    # An actor's yaw 0 is towards +x, and an object's as its file has it: its front (+z of the file) towards -y.
+    actors = [actor | {"yaw_deg": actor["yaw_deg"] + 90.0} for actor in scene.get("actors", [])]
+    for item in [*scene["objects"], *actors]:
         model = scene["models"][item["model"]]
         if "file" not in model or "attach" in item:
             raise ValueError(f"object {item['name']}: the export takes models of files that stand for themselves")
         name = model["file"].removeprefix("camrig:")
         if name not in files:
             files[name] = Glb(folder / f"{name}.glb").primitives()
-        surfaces += [_placed(primitive, item) for primitive in files[name] if primitive.material.name != "contact_shadow"]
+        surfaces += [_placed(primitive, item) for primitive in files[name] if primitive.material.is_shown and primitive.material.name != "contact_shadow"]
     day = read_daylight(environment) if "daylight" in environment else None
     lights = [_light(item) for item in scene.get("lights", []) if item.get("intensity", 1.0) > 0 and not (day and item["name"] == "sun")]
     if day:

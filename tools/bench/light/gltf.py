@@ -30,6 +30,7 @@ class Material:
     alpha_cutoff: float = 0.5
     transmission: float = 0.0
     is_unlit: bool = False
+    is_shown: bool = True  #: where no variant is asked for
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,7 @@ class Glb:
             alpha_cutoff=item.get("alphaCutoff", 0.5),
             transmission=item.get("extensions", {}).get("KHR_materials_transmission", {}).get("transmissionFactor", 0.0),
             is_unlit="KHR_materials_unlit" in item.get("extensions", {}),
+            is_shown=item.get("extras", {}).get("camrig_variants", {}).get("shown", True),
         )
 
 

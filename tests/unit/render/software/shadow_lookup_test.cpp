@@ -1,6 +1,7 @@
 #include "core/render/software/shadow_lookup.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -39,7 +40,10 @@ struct TestedMap {
 
     ShadowInView seen() const {
         ShadowInView made;
-        made.rows = {glm::vec4(1, 0, 0, 0), glm::vec4(0, 1, 0, 0), glm::vec4(0, 0, 1, 0), glm::vec4(0, 0, 0, 1)};
+        const std::array<glm::dvec4, 4> rows{glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0),
+                                             glm::dvec4(0, 0, 0, 1)};
+        std::ranges::transform(rows, made.rows.begin(), [](const glm::dvec4& row) { return glm::vec4(row); });
+        made.planes = plane_rows(rows);
         made.texels = texels.data();
         made.movers = movers.data();
         made.bounds = bounds.data();
@@ -95,10 +99,13 @@ TEST(ShadowLookup, HasTheSameBitsWhetherTilesAreBoundedOrNot) {
         if (i % 1000 == 0) at.z[3] = std::numeric_limits<float>::quiet_NaN();
         if (i % 1000 == 1) at.x[5] = std::numeric_limits<float>::quiet_NaN();
         if (i % 1000 == 2) at.z[1] = infinity;
-        const Lanes3 n{lanes(0.0f), lanes(0.0f), lanes(1.0f)};
+        // Depth is in thousandths of a texel: what leans by so much falls by 0.01 a texel.
+        const float lean = i % 3 == 0 ? 0.0f : numbers.uniform(-0.01, 0.01);
+        const Lanes3 n{lanes(lean), lanes(-0.5f * lean), lanes(1.0f)};
+        const Lanes3 towards{lanes(0.0f), lanes(0.0f), lanes(1.0f)};
         const bool has_movers = i % 2 == 0;
-        const Lanes some = share_in_map<PlainIsa>(bounded, has_movers, at, n, lanes(1.0f));
-        const Lanes same = share_in_map<PlainIsa>(unbounded, has_movers, at, n, lanes(1.0f));
+        const Lanes some = share_in_map<PlainIsa>(bounded, has_movers, at, n, towards);
+        const Lanes same = share_in_map<PlainIsa>(unbounded, has_movers, at, n, towards);
         for (int k = 0; k < lane_count; ++k) {
             ASSERT_EQ(some[k], same[k]) << at.x[k] << " " << at.y[k] << " " << at.z[k];
             ++(some[k] > 0.999f ? lit : some[k] == 0.0f ? dark : between);
@@ -107,6 +114,64 @@ TEST(ShadowLookup, HasTheSameBitsWhetherTilesAreBoundedOrNot) {
     EXPECT_GT(lit, 10000);
     EXPECT_GT(dark, 10000);
     EXPECT_GT(between, 1000);
+}
+
+/// A plane that a texel's step to the right makes deeper by `right`, and one down by `down`, as a map has it: from its
+/// texels' middles.
+TestedMap plane_map(float right, float down) {
+    TestedMap map{.texels = std::vector<float>(2 * shadow_texels_of_map),
+                  .movers = std::vector<std::int32_t>(tile_count, 0),
+                  .bounds = std::vector<ShadowBounds>(tile_count, {-infinity, infinity})};
+    for (int y = 0; y < shadow_stride; ++y)
+        for (int x = 0; x < shadow_stride; ++x)
+            map.texels[static_cast<std::size_t>(y * shadow_stride + x)] =
+                right * (static_cast<float>(x) + 0.5f) + down * (static_cast<float>(y) + 0.5f);
+    return map;
+}
+
+/// Without any offset: what is compared is the plane itself.
+TEST(ShadowLookup, APlaneLiesOnItselfHoweverItLeans) {
+    NumbersOfMaps numbers;
+    for (const glm::vec2 slope :
+         {glm::vec2(0.0f), glm::vec2(0.5f, 0.0f), glm::vec2(0.0f, -2.0f), glm::vec2(3.0f, -4.0f)}) {
+        const TestedMap map = plane_map(slope.x, slope.y);
+        for (int i = 0; i < 2000; ++i) {
+            const float x = numbers.uniform(20.0, shadow_map_side), y = numbers.uniform(20.0, shadow_map_side);
+            const Lanes3 n{lanes(-slope.x), lanes(-slope.y), lanes(1.0f)},
+                towards{lanes(0.0f), lanes(0.0f), lanes(1.0f)};
+            const auto share = [&](float over) {
+                return share_in_map<PlainIsa>(
+                    map.seen(), false, {lanes(x), lanes(y), lanes(slope.x * x + slope.y * y + over)}, n, towards)[0];
+            };
+            // Depth is reversed: over it is more. Floats are as fine as 0.001 here.
+            ASSERT_EQ(share(0.01f), 1.0f) << x << " " << y << ", slope " << slope.x << " " << slope.y;
+            ASSERT_EQ(share(-0.01f), 0.0f) << x << " " << y << ", slope " << slope.x << " " << slope.y;
+        }
+    }
+}
+
+/// Of any projection: a step to the right or down in the map along a plane.
+TEST(ShadowLookup, PlaneRowsTellTheSlopeOfEveryPlaneInEveryMap) {
+    NumbersOfMaps numbers;
+    const auto number = [&] { return double{numbers.uniform(-1.0, 1.0)}; };
+    for (int i = 0; i < 200; ++i) {
+        std::array<glm::dvec4, 4> rows;
+        for (glm::dvec4& row : rows) row = {number(), number(), number(), number()};
+        rows[3].w += 6.0;  // whatever is looked at lies before it
+        const glm::dvec3 n(number(), number(), number()), p(number(), number(), number());
+        const auto place = [&](const glm::dvec3& q) {
+            const glm::dvec4 at(q, 1.0);
+            return glm::dvec3(glm::dot(rows[0], at), glm::dot(rows[1], at), glm::dot(rows[2], at)) /
+                   glm::dot(rows[3], at);
+        };
+        const auto planes = plane_rows(rows);
+        const glm::dvec4 plane(n, -glm::dot(n, p));
+        const double a = glm::dot(glm::dvec4(planes[0]), plane), b = glm::dot(glm::dvec4(planes[1]), plane);
+        const double c = glm::dot(glm::dvec4(planes[2]), plane);
+        const glm::dvec3 along = glm::cross(n, glm::dvec3(number(), number(), number()));
+        const glm::dvec3 step = place(p + along) - place(p);
+        EXPECT_NEAR(c * step.z, -a * step.x - b * step.y, 1e-5 * glm::length(glm::dvec3(a, b, c))) << i;
+    }
 }
 
 }  // namespace

@@ -100,6 +100,21 @@ bool uniform(const std::uint8_t* bytes, unsigned fourcc, unsigned width, unsigne
     return true;
 }
 
+// What a program finds whose device has vanished: calls that fail, and an end in peace. Its exit status.
+int leave_unplugged(int fd, long pictures) {
+    pollfd wait{fd, POLLIN, 0};
+    if (poll(&wait, 1, 0) != 1 || (wait.revents & (POLLHUP | POLLERR)) == 0) die("no POLLHUP");
+    v4l2_capability again{};
+    v4l2_control control{V4L2_CID_BRIGHTNESS, 0};
+    int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    xioctl(fd, VIDIOC_QUERYCAP, &again);
+    if (xioctl(fd, VIDIOC_S_CTRL, &control) == 0) die("a control was set on nothing");
+    if (xioctl(fd, VIDIOC_STREAMOFF, &type) != 0 && errno != ENODEV) die("STREAMOFF");
+    if (close(fd) != 0) die("close");
+    std::printf("unplugged after %ld\n", pictures);
+    return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -179,18 +194,7 @@ int main(int argc, char** argv) {
         buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
         buffer.memory = V4L2_MEMORY_MMAP;
         if (xioctl(fd, VIDIOC_DQBUF, &buffer) != 0) {
-            if (errno == ENODEV && unplug) {
-                pollfd wait{fd, POLLIN, 0};
-                if (poll(&wait, 1, 0) != 1 || (wait.revents & (POLLHUP | POLLERR)) == 0) die("no POLLHUP");
-                v4l2_capability again{};
-                v4l2_control control{V4L2_CID_BRIGHTNESS, 0};
-                xioctl(fd, VIDIOC_QUERYCAP, &again);
-                if (xioctl(fd, VIDIOC_S_CTRL, &control) == 0) die("a control was set on nothing");
-                if (xioctl(fd, VIDIOC_STREAMOFF, &type) != 0 && errno != ENODEV) die("STREAMOFF");
-                if (close(fd) != 0) die("close");
-                std::printf("unplugged after %ld\n", n);
-                return 0;
-            }
+            if (errno == ENODEV && unplug) return leave_unplugged(fd, n);
             if (errno != EAGAIN) die("DQBUF after %ld", n);
             ++spurious;
             continue;
@@ -237,8 +241,10 @@ int main(int argc, char** argv) {
             }
         }
         if (slow) usleep(120'000);
-        if (xioctl(fd, VIDIOC_G_FMT, &format) != 0) die("G_FMT while streaming");
-        if (xioctl(fd, VIDIOC_QBUF, &buffer) != 0) die("QBUF after %ld", n);
+        // It may vanish at any call, not only while a picture is waited for.
+        const bool goes_on = xioctl(fd, VIDIOC_G_FMT, &format) == 0 && xioctl(fd, VIDIOC_QBUF, &buffer) == 0;
+        if (!goes_on && errno == ENODEV && unplug) return leave_unplugged(fd, n + 1);
+        if (!goes_on) die("G_FMT and QBUF while streaming, after %ld", n);
     }
     if (unplug) die("was not unplugged");
     if (xioctl(fd, VIDIOC_STREAMOFF, &type) != 0) die("STREAMOFF");

@@ -1,12 +1,16 @@
 """Collects coloured meshes by material, bakes how open each vertex is, writes one GLB.
 
+How open a vertex is lies beside its colour, as a place on the ramp of an occlusion texture: it darkens light from all around only, and
+nothing where that light is baked, which knows by itself what is hidden.
+
 Everything is placed in world axes (z up, x along the street); the file gets glTF's (x, z, -y).
 """
 
 import numpy as np
 
 from .. import ao, shapes
-from ..glb import LEAST_STEP, Glb
+from ..glb import CLAMP, LEAST_STEP, LINEAR, Glb
+from ..images import png
 from ..noise import smoothstep
 
 REACH_M = 2.5  # farther things darken nothing
@@ -62,6 +66,17 @@ def solid(mesh):
     return mesh.triangles[area > 1e-8]
 
 
+def occlusion_ramp(glb):
+    """The texture of Glb.material's `occlusion_texture` for coordinates of on_ramp()."""
+    return glb.texture(glb.image(png([[0, 1]]), "image/png", "occlusion"), CLAMP, minify=LINEAR)
+
+
+def on_ramp(openness):
+    """Where on the ramp each vertex has its share of light, 0 to 1: from the middle of the first texel to that of the second."""
+    openness = np.asarray(openness, dtype=float)
+    return np.stack([0.25 + 0.5 * openness, np.full(len(openness), 0.5)], axis=1)
+
+
 class Builder:
     """`materials`: name -> keys of Glb.material; a texture is given as a PNG or JPEG of (bytes, mime)."""
 
@@ -70,7 +85,7 @@ class Builder:
         self._parts = []
 
     def add(self, mesh, material, colour=(1, 1, 1), shade=None):
-        """`colour`: `#rrggbb`, linear RGB, or one linear RGB a vertex. `shade` in place of the baked light: 1 = open."""
+        """`colour`: `#rrggbb`, linear RGB, or one linear RGB a vertex. `shade` in place of how open it is found: 1 = all."""
         colour = linear(colour) if isinstance(colour, str) else np.asarray(colour, dtype=float)
         colours = np.broadcast_to(colour, (len(mesh.positions), 3))
         self._parts.append((mesh, material, colours, shade))
@@ -88,32 +103,36 @@ class Builder:
         )
         light = least_light + (1 - least_light) * smoothstep(-0.05, 0.95, open_share)
         glb = Glb(self.name)
+        ramp = occlusion_ramp(glb)
         numbers = {}
         for name, keys in self.materials.items():
             if any(material == name for _, material, *_ in self._parts):
                 keys = dict(keys)
                 if "texture" in keys:
                     keys["texture"] = glb.texture(glb.image(*keys["texture"], name))
-                numbers[name] = glb.material(name, **keys)
+                numbers[name] = glb.material(name, occlusion_texture=ramp, occlusion_set=int("texture" in keys), **keys)
         primitives = [self._primitive(glb, name, number, light) for name, number in numbers.items()]
         glb.node(self.name, mesh=glb.mesh(self.name, primitives))
         return glb.bytes()
 
     def _primitive(self, glb, name, number, light):
-        chosen, colours, base = [], [], 0
-        for mesh, material, colour, shade in self._parts:
+        chosen, colours, openness, base = [], [], [], 0
+        for mesh, material, colour, told in self._parts:
             count = len(mesh.positions)
             if material == name:
                 chosen.append(mesh)
-                colours.append(colour * (light[base : base + count, None] if shade is None else shade))
+                colours.append(colour)
+                openness.append(light[base : base + count] if told is None else np.full(count, told))
             base += count
-        mesh = shapes.join(*chosen)
+        mesh, colours = shapes.join(*chosen), np.concatenate(colours)
+        shade = on_ramp(np.concatenate(openness))
         textured = "texture" in self.materials[name]
         return glb.primitive(
             mesh.positions,
             mesh.normals,
             solid(mesh),
             number,
-            uv=mesh.uv if textured else None,
-            colors=np.concatenate(colours),
+            uv=mesh.uv if textured else shade,
+            uv1=shade if textured else None,
+            colors=None if np.all(colours == 1) else colours,
         )

@@ -10,7 +10,7 @@ import numpy as np
 from .. import ao, shapes
 from ..glb import Glb
 from ..noise import smoothstep
-from .builder import linear, solid
+from .builder import linear, occlusion_ramp, on_ramp, solid
 
 MATERIALS = {
     "paint": {"roughness": 0.35},
@@ -249,23 +249,25 @@ def _wheel(radius, side):
     return parts
 
 
-def _primitives(glb, numbers, parts, light):
+def _primitives(glb, numbers, parts, light=None):
+    """`light`: how open each vertex is, for materials with the occlusion ramp."""
     made, base = [], 0
     chosen = {}
     for mesh, material, colour in parts:
         count = len(mesh.positions)
-        colours = np.broadcast_to(np.asarray(colour, dtype=float), (count, 3)) * light[base : base + count, None]
-        chosen.setdefault(material, []).append((turned(mesh), colours))
+        colours = np.broadcast_to(np.asarray(colour, dtype=float), (count, 3))
+        chosen.setdefault(material, []).append((turned(mesh), colours, [] if light is None else light[base : base + count]))
         base += count
     for material, items in chosen.items():
-        mesh = shapes.join(*(item for item, _ in items))
+        mesh = shapes.join(*(item for item, *_ in items))
         made.append(
             glb.primitive(
                 mesh.positions,
                 mesh.normals,
                 solid(mesh),
                 numbers[material],
-                colors=np.concatenate([colours for _, colours in items]),
+                uv=None if light is None else on_ramp(np.concatenate([shade for *_, shade in items])),
+                colors=np.concatenate([colours for _, colours, _ in items]),
             )
         )
     return made
@@ -313,7 +315,8 @@ def car(name):
     shape, colour = CARS[name]
     glb = Glb(name)
     own = {"base": tuple(linear(colour)), "extras": {"camrig_variants": {"colors": [[round(float(v), 4) for v in linear(c)] for c in PAINTS]}}}
-    numbers = {key: glb.material(key, **keys, **(own if key == "paint" else {})) for key, keys in MATERIALS.items()}
+    shade = {"occlusion_texture": occlusion_ramp(glb), "occlusion_set": 0}
+    numbers = {key: glb.material(key, **keys, **shade, **(own if key == "paint" else {})) for key, keys in MATERIALS.items()}
     shadow = glb.material("contact_shadow", base=(0, 0, 0, 1), alpha="BLEND", roughness=1.0, unlit=True)
     body = _body(shape, colour)
     root = glb.node(name)
@@ -354,10 +357,10 @@ def drone():
         parts.append((_box((x - 0.012, y - 0.012, -0.13), (x + 0.012, y + 0.012, 0.02)), "trim", dark))
         parts.append((_box((x - 0.02, y - 0.02, -0.02), (x + 0.02, y + 0.02, 0.0)), "lamp", (0.7, 0.03, 0.03) if x < 0 else (0.05, 0.6, 0.1)))
     root = glb.node("drone")
-    glb.node("body", root, mesh=glb.mesh("body", _primitives(glb, numbers, parts, np.ones(sum(len(m.positions) for m, *_ in parts)))))
+    glb.node("body", root, mesh=glb.mesh("body", _primitives(glb, numbers, parts)))
     glb.node("gimbal", root, translation=(0.0, -0.11, 0.17))
     blade = [(_box((-0.20, -0.018, 0.078), (0.20, 0.018, 0.084)), "trim", (0.05, 0.05, 0.055))]
-    mesh = glb.mesh("rotor", _primitives(glb, numbers, blade, np.ones(24)))
+    mesh = glb.mesh("rotor", _primitives(glb, numbers, blade))
     nodes = [glb.node(f"rotor_{i}", root, (y, 0.0, x), mesh=mesh) for i, (x, y) in enumerate(places)]
     times = np.linspace(0, 0.11, 9)
     tracks = [(node, "rotation", _turn((0, 1 if i in (0, 3) else -1, 0), 8)) for i, node in enumerate(nodes)]

@@ -8,12 +8,12 @@ import json
 import os
 import signal
 import sys
-import tempfile
 from dataclasses import dataclass, field
 from typing import Any
 
 from ...errors import CamrigError
 from ...places import find_binary, find_scene
+from ..own_folder import OwnFolder
 from .clock import WallClock
 from .costs import usable_cores
 
@@ -51,8 +51,8 @@ class Daemon:
 
     def __init__(self, options: NodeOptions) -> None:
         self._options = options
-        self.folder = tempfile.TemporaryDirectory(prefix="camrig-node-")
-        self.control = os.path.join(self.folder.name, "rig.sock")
+        self._folder = OwnFolder("camrig-node-")
+        self.control = str(self._folder.path / "rig.sock")
         self.process: asyncio.subprocess.Process | None = None
         self.ready: dict[str, Any] = {}
 

@@ -10,7 +10,6 @@ import asyncio
 import contextlib
 import json
 import logging
-import os
 import secrets
 import socket
 import sys
@@ -22,7 +21,7 @@ from aiohttp.http import HttpProcessingError
 from yarl import URL
 
 from ...errors import CamrigError
-from ...runtime import write_command_key
+from ...runtime import CommandKeyFile
 from .budget import PIECE_BYTES, Claim
 from .door import Client, Door
 from .http_access import COOKIE, check, equal_tokens, is_loopback, token_of
@@ -124,22 +123,27 @@ class _WhileThere:
 class HttpDoor:
     def __init__(self, door: Door, session: aiohttp.ClientSession) -> None:
         self._door, self._session, self._key = door, session, ""
+        self._key_file: CommandKeyFile | None = None
         door.look_openly = self._look_openly
 
     async def open(self, host: str, port: int) -> None:
         self._name = host
         assert self._door.token or is_loopback(host)
         at, bound = await _listen(self._answer, host, port)
-        self.url, self.key_file = url_of({"host": at, "http": bound}, "/"), None
+        self.url = url_of({"host": at, "http": bound}, "/")
         if not self._door.token:
             self._key = secrets.token_hex(24)
             self._door.how_to_command = ("commands need this farm's key: open the page by the link that camrig farm printed (it ends in #key=...), or send "
                                          "'Authorization: Bearer KEY' with the line in its key file, which camrig call server.info names")
             try:
-                self.key_file = write_command_key(self._key, at, bound)
+                self._key_file = CommandKeyFile(self._key, at, bound)
             except CamrigError as problem:  # the printed link has it
                 print(f"camrig farm: {problem.message}; until then no client finds the key for commands by itself", file=sys.stderr, flush=True)
         self._door.http = {"host": at, "http": bound, **({"key_file": self.key_file} if self.key_file else {})}
+
+    @property
+    def key_file(self) -> str | None:
+        return self._key_file.path if self._key_file else None
 
     @property
     def link(self) -> str:
@@ -147,9 +151,8 @@ class HttpDoor:
         return self.url + (f"#key={self._key}" if self._key else "")
 
     def close(self) -> None:
-        if self.key_file:
-            with contextlib.suppress(OSError):
-                os.unlink(self.key_file)
+        if self._key_file:
+            self._key_file.close()
 
     async def _answer(self, request: web.BaseRequest) -> web.StreamResponse:
         token = self._door.token
