@@ -151,13 +151,18 @@ class Conductor:
         period_ns = self._plan.period_ns
         end_ns = next_ns = self._rig.status()["world_ns"]
         end_ns += steps * period_ns
+        written_ns = -1
         while next_ns < end_ns:
             now_ns = self._rig.status()["world_ns"]
             if now_ns < next_ns:
                 await asyncio.sleep((next_ns - now_ns) / 1e9)
                 continue
             next_ns += max(1, (now_ns - next_ns) // period_ns + 1) * period_ns
-            self._write(await asyncio.to_thread(self._standing_truth))
+            line = await asyncio.to_thread(self._standing_truth)
+            # Cameras that draw later than the world runs may show no newer instant yet.
+            if line["t"] > written_ns:
+                self._write(line)
+                written_ns = line["t"]
             programs.alive()
             self._on_step(steps - max(0, (end_ns - next_ns) // period_ns), steps, programs)
 

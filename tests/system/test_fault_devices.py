@@ -20,7 +20,7 @@ while capture.read()[0]:
 
 # What one open descriptor sees: frames, then what poll() and every ioctl say.
 RAW = """
-import errno, fcntl, os, select, struct, sys, time
+import errno, fcntl, os, select, struct, sys
 QUERYCAP, REQBUFS, QBUF, DQBUF, STREAMON, G_FMT = 0x80685600, 0xC0145608, 0xC058560F, 0xC0585611, 0x40045612, 0xC0D05604
 fd = os.open(sys.argv[1], os.O_RDWR)
 fcntl.ioctl(fd, REQBUFS, bytearray(struct.pack("5I", 4, 1, 1, 0, 0)))
@@ -39,8 +39,7 @@ while True:
     index, _, used, flags = struct.unpack_from("4I", got)
     print(used, int(bool(flags & 0x40)), flush=True)
     fcntl.ioctl(fd, QBUF, buffer(index))
-    last = time.monotonic()
-print("gone", int(1000 * (time.monotonic() - last)), flush=True)
+print("gone", flush=True)
 for request, size in ((QUERYCAP, 104), (G_FMT, 208), (DQBUF, 88), (QBUF, 88), (REQBUFS, 20)):
     try:
         fcntl.ioctl(fd, request, bytearray(struct.pack("I", 1) + bytes(size - 4)) if request != DQBUF else buffer(0))
@@ -82,9 +81,7 @@ def test_an_unplugged_device_goes_with_its_node_and_comes_back_under_another_num
         fault = rig.fault.set("desk", "unplug", as_number=42)
         out, err = reader.communicate(timeout=20)
         lines = out.splitlines()
-        at = next(i for i, line in enumerate(lines) if line.startswith("gone"))
-        assert int(lines[at].split()[1]) < 200, "within a frame time"
-        assert lines[at + 1:] == ["ENODEV"] * 5, (lines, err)
+        assert lines[lines.index("gone") + 1:] == ["ENODEV"] * 5, (lines, err)
         assert nodes(rig) == {"/dev/video41"}
         failed = start(rig, READER, "/dev/video40")
         assert failed.communicate(timeout=20)[0] == ""
@@ -121,7 +118,7 @@ def test_an_unplugged_device_is_out_for_its_share_of_each_period_and_may_keep_it
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
-def test_for_an_unplugged_device_nothing_is_drawn(rig):
+def test_an_unplugged_device_goes_at_the_instant_it_is_told_and_nothing_is_drawn_for_it(rig):
     rig.create_camera("desk", size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "device", "number": 43}])
     drawn = lambda: rig.stats()["renderer"]["views"]
     reader = start(rig, RAW, "/dev/video43")
@@ -132,7 +129,7 @@ def test_for_an_unplugged_device_nothing_is_drawn(rig):
         assert reader.stdout.readline() and drawn() >= before + 10
         rig.fault.set("desk", "unplug")
         rig.step(seconds=0.04)
-        reader.communicate(timeout=20)
+        assert reader.communicate(timeout=20)[0].splitlines()[-6:] == ["gone", *["ENODEV"] * 5], "in a world that stands"
         before = drawn()
         rig.step(seconds=0.4)
         assert drawn() == before

@@ -1,7 +1,9 @@
 #include "tools/camrig/cli.h"
 
 #include <algorithm>
+#include <numeric>
 #include <ostream>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 
@@ -12,18 +14,48 @@
 namespace camrig::cli {
 namespace {
 
+/// How many letters have to be changed, added or left out to make one word of the other (Levenshtein 1966).
+std::size_t edit_distance(std::string_view from, std::string_view to) {
+    std::vector<std::size_t> row(to.size() + 1);
+    std::iota(row.begin(), row.end(), 0);
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        std::size_t diagonal = std::exchange(row[0], i + 1);
+        for (std::size_t j = 0; j < to.size(); ++j) {
+            const std::size_t replaced = diagonal + (from[i] == to[j] ? 0 : 1);
+            diagonal = row[j + 1];
+            row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+        }
+    }
+    return row.back();
+}
+
+/// Whether a word may be meant by one that is not known: its beginning, or the same but for every third letter.
+bool may_mean(std::string_view typed, std::string_view known) {
+    return typed.size() > 2 && (known.starts_with(typed) || edit_distance(typed, known) <= typed.size() / 3);
+}
+
+/// "; did you mean a, b?"
+std::string did_you_mean(const std::vector<std::string>& similar) {
+    std::string words;
+    for (const std::string& each : similar) words += (words.empty() ? "" : ", ") + each;
+    return words.empty() ? "" : "; did you mean " + words + "?";
+}
+
 /// "A subcommand is required" does not say which word was none; this does, and lists those that are.
 std::string unknown_command(const CLI::App& app) {
     const CLI::App* innermost = &app;
     while (!innermost->get_subcommands().empty()) innermost = innermost->get_subcommands().front();
-    std::string commands;
-    for (const CLI::App* command : innermost->get_subcommands([](const CLI::App*) { return true; }))
-        commands += (commands.empty() ? "" : ", ") + command->get_name();
     const auto words = app.remaining(true);
     const auto word = std::ranges::find_if(words, [](const std::string& each) { return !each.starts_with('-'); });
+    std::string commands;
+    std::vector<std::string> similar;
+    for (const CLI::App* command : innermost->get_subcommands([](const CLI::App*) { return true; })) {
+        commands += (commands.empty() ? "" : ", ") + command->get_name();
+        if (word != words.end() && may_mean(*word, command->get_name())) similar.push_back(command->get_name());
+    }
     const std::string problem =
         word == words.end() ? innermost->get_name() + ": a command is missing" : "no command '" + *word + "'";
-    return problem + "; there are " + commands;
+    return problem + did_you_mean(similar) + "; there are " + commands;
 }
 
 /// A word that belongs nowhere, and the options that it may be the beginning of.
@@ -36,13 +68,13 @@ std::string unexpected_word(const CLI::App& app) {
     if (option == words.end())
         return command + ": '" + (words.empty() ? "" : words.front()) + "' is one word more than it takes";
     const std::string name = option->substr(0, option->find('='));
-    std::string similar;
+    if (command == "exec") return "exec: no option " + name + " of its own; the program and its options come after --";
+    std::vector<std::string> similar;
     for (const CLI::App* each = innermost; each; each = each->get_parent())
         for (const CLI::Option* known : each->get_options())
             for (const std::string& known_name : known->get_lnames())
-                if (("--" + known_name).starts_with(name)) similar += (similar.empty() ? "--" : ", --") + known_name;
-    return command + ": no option " + name +
-           (similar.empty() || name.size() < 3 ? "" : "; did you mean " + similar + "?");
+                if (may_mean(name, "--" + known_name)) similar.push_back("--" + known_name);
+    return command + ": no option " + name + did_you_mean(similar);
 }
 
 }  // namespace

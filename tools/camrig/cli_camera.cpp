@@ -174,14 +174,23 @@ void add_set(CLI::App& camera, CliContext& context) {
     });
 }
 
+/// "/dev/video40, /dev/video41", of its outputs that are devices.
+std::string devices_text(const json& camera) {
+    std::string text;
+    for (const json& output : camera.at("outputs"))
+        if (output.contains("number"))
+            text += (text.empty() ? "/dev/video" : ", /dev/video") + plain_text(output["number"]);
+    return text.empty() ? "-" : text;
+}
+
 int list(const CliContext& context) {
     auto answer = context.call("camera.list");
     if (!answer) return context.fail(answer.error());
-    std::vector<std::vector<std::string>> rows{{"NAME", "SIZE", "FPS", "VFOV", "POSITION", "READERS"}};
+    std::vector<std::vector<std::string>> rows{{"NAME", "SIZE", "FPS", "VFOV", "POSITION", "READERS", "DEVICE"}};
     for (const json& camera : (*answer).at("cameras")) {
         rows.push_back({camera.at("name").get<std::string>(), size_text(camera), plain_text(camera.at("fps")),
                         plain_text(camera.at("vfov_deg")), vector_text(camera.at("world_pose").at("position")),
-                        plain_text(camera.at("readers"))});
+                        plain_text(camera.at("readers")), devices_text(camera)});
     }
     return context.print(*answer, table(rows));
 }

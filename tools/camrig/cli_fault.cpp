@@ -25,7 +25,7 @@ std::string faults_text(const json& faults) {
     return rows.size() == 1 ? "no camera fails" : table(rows);
 }
 
-void add_set(CLI::App& group, CliContext& context) {
+void add_set_fault(CLI::App& group, CliContext& context) {
     CLI::App* const app = group.add_subcommand("set", "lets a camera fail");
     const MethodParams params = make_params();
     const auto text = [&](const char* name, const char* key, const char* help) {
@@ -149,7 +149,7 @@ void add_kinds(CLI::App& group, CliContext& context) {
 void add_fault_commands(CLI::App& app, CliContext& context, const CliHooks& hooks) {
     CLI::App* fault = app.add_subcommand("fault", "lets cameras fail: frozen, black, frames lost, ..");
     fault->require_subcommand(1);
-    add_set(*fault, context);
+    add_set_fault(*fault, context);
     add_clear(*fault, context);
     add_wipe(*fault, context);
     add_list(*fault, context);

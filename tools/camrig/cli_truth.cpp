@@ -66,14 +66,14 @@ std::string network_words(const json& network) {
     return "world time " + seconds_text(network.at("time_ns")) + "\n" + table(seen, 4) + "\n" + table(shared, 2);
 }
 
-struct Options {
+struct TruthOptions {
     std::vector<std::string> cameras;
     std::optional<std::int64_t> min_ns;
     bool is_network = false;
     std::vector<std::string> classes;
 };
 
-int show_network(CliContext& context, const Options& options) {
+int show_network(CliContext& context, const TruthOptions& options) {
     json params = json::object();
     if (!options.cameras.empty()) params["cameras"] = options.cameras;
     if (!options.classes.empty()) params["classes"] = options.classes;
@@ -82,7 +82,7 @@ int show_network(CliContext& context, const Options& options) {
     return context.print(*reply, network_words(*reply));
 }
 
-int show_truth(CliContext& context, const Options& options) {
+int show_truth(CliContext& context, const TruthOptions& options) {
     json params{{"camera", options.cameras.front()}};
     if (options.min_ns) params["min_ns"] = *options.min_ns;
     const auto reply = context.call("truth.get", params);
@@ -93,7 +93,7 @@ int show_truth(CliContext& context, const Options& options) {
 }  // namespace
 
 void add_truth_command(CLI::App& app, CliContext& context) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<TruthOptions>();
     CLI::App* truth = app.add_subcommand("truth", "what a camera's latest picture shows; --json for all of it");
     truth->add_option("NAME", options->cameras, "the camera; with --network several, or all");
     CLI::Option* network =

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <glm/gtx/exterior_product.hpp>
+
 #include "core/world/backdrop/backdrop.h"
 #include "core/world/walk/walk_area.h"
 #include "core/world/world_fields.h"
@@ -17,10 +19,6 @@ constexpr std::size_t max_walkable_corners = 20'000;
 /// On the border is inside.
 constexpr double touch_m = 1e-6;
 
-double cross(const glm::dvec2& a, const glm::dvec2& b) {
-    return a.x * b.y - a.y * b.x;
-}
-
 /// Where on the way from a to b, from 0 to 1, it crosses or touches a side of the polygons: 0 and 1 are among them.
 std::vector<double> crossings(const std::vector<Polygon>& ground, const glm::dvec2& a, const glm::dvec2& b) {
     std::vector<double> shares{0.0, 1.0};
@@ -28,9 +26,9 @@ std::vector<double> crossings(const std::vector<Polygon>& ground, const glm::dve
     for (const Polygon& polygon : ground) {
         for (std::size_t i = 0; i < polygon.size(); ++i) {
             const glm::dvec2 from = polygon[i], side = polygon[(i + 1) % polygon.size()] - from;
-            const double turn = cross(way, side);
+            const double turn = glm::cross(way, side);
             if (turn == 0.0) continue;
-            const double share = cross(from - a, side) / turn, along = cross(from - a, way) / turn;
+            const double share = glm::cross(from - a, side) / turn, along = glm::cross(from - a, way) / turn;
             if (share > 0.0 && share < 1.0 && along >= -1e-9 && along <= 1.0 + 1e-9) shares.push_back(share);
         }
     }

@@ -5,6 +5,8 @@
 #include <limits>
 #include <queue>
 
+#include <glm/gtx/exterior_product.hpp>
+
 namespace camrig::world {
 namespace {
 
@@ -20,12 +22,9 @@ glm::dvec2 nearest_on(const glm::dvec2& from, const glm::dvec2& to, const glm::d
     return from + along * std::clamp(glm::dot(p - from, along) / length2, 0.0, 1.0);
 }
 
-double cross(const glm::dvec2& a, const glm::dvec2& b) {
-    return a.x * b.y - a.y * b.x;
-}
-
 bool segments_cross(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c, const glm::dvec2& d) {
-    return cross(b - a, c - a) * cross(b - a, d - a) < 0.0 && cross(d - c, a - c) * cross(d - c, b - c) < 0.0;
+    return glm::cross(b - a, c - a) * glm::cross(b - a, d - a) < 0.0 &&
+           glm::cross(d - c, a - c) * glm::cross(d - c, b - c) < 0.0;
 }
 
 double segment_distance(const glm::dvec2& a, const glm::dvec2& b, const glm::dvec2& c, const glm::dvec2& d) {

@@ -118,6 +118,7 @@ TEST_F(Cli, TheOptionsOfOtherOutputs) {
     const json camera =
         json_of({"camera", "create", "a", "--position", "1,2,3", "--device", "5", "--subsampling", "4:2:0"});
     EXPECT_EQ(camera["outputs"], json::parse(R"([{"kind": "device", "number": 5, "subsampling": "4:2:0"}])"));
+    EXPECT_THAT(run({"camera", "list"}).out, AllOf(HasSubstr("DEVICE"), HasSubstr("  /dev/video5\n")));
     EXPECT_EQ(run({"camera", "set", "a", "--subsampling", "4:2:0"}).code, 2);
     const json loopback =
         json_of({"camera", "set", "a", "--v4l2", "6", "--v4l2-format", "MJPG", "--v4l2-subsampling", "4:2:0"});
@@ -496,7 +497,12 @@ TEST_F(Cli, AnOptionThatIsNoneIsNamedWithWhatItMayHaveMeant) {
     EXPECT_THAT(at_rig({"camera", "create", "a", "--vfov", "60"}).err,
                 AllOf(HasSubstr("create: no option --vfov"), HasSubstr("did you mean --vfov-deg?")));
     EXPECT_THAT(at_rig({"camera", "create", "a", "--siez", "1x1"}).err,
-                AllOf(HasSubstr("no option --siez"), Not(HasSubstr("did you mean"))));
+                AllOf(HasSubstr("no option --siez"), HasSubstr("did you mean --size?")));
+    EXPECT_THAT(at_rig({"camera", "create", "a", "--colour", "1x1"}).err,
+                AllOf(HasSubstr("no option --colour"), Not(HasSubstr("did you mean"))));
+    EXPECT_THAT(at_rig({"camrea", "list"}).err, HasSubstr("no command 'camrea'; did you mean camera?; there are "));
+    EXPECT_THAT(at_rig({"exec", "v4l2-ctl", "-d", "/dev/video0"}).err,
+                HasSubstr("no option -d of its own; the program and its options come after --"));
     EXPECT_THAT(at_rig({"camera", "get", "a", "b"}).err, HasSubstr("get: 'b' is one word more"));
 }
 
