@@ -310,6 +310,8 @@ def test_truth_says_which_bytes_of_h264_came_wrong(rig):
         return wrong
 
     try:
+        # A world that stands shows who opens a stream its picture.
+        wait_until(lambda: all(stream.pictures for stream in streams.values()), what="the first pictures")
         for _ in range(10):
             desk, well, damaged = step()
             assert desk == well and damaged == []

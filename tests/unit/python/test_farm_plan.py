@@ -20,6 +20,7 @@ from camrig.json_checks import Wrong
 from camrig.farm.batch.draw import _seconds
 from camrig.farm.batch.hashing import seed_of
 from camrig.farm.batch.pointer import PointerError, assign
+from camrig.farm.batch.pools import run_drawer
 from camrig.farm.batch.progress import Progress, duration, line
 from camrig.farm.batch.record import MAX_LOST, Run, chosen_again
 from camrig.farm.batch.scratch import scratch
@@ -329,3 +330,15 @@ def test_the_bar_says_rate_and_time_left():
     assert out.getvalue() == ""  # a file gets a line now and then
     bar.show(10, 100, 0, is_last=True)
     assert out.getvalue().startswith("100 %  10/10 shards  100 frames")
+
+
+def test_a_drawer_that_is_killed_before_it_takes_its_job_is_lost_and_no_error():
+    class Killer(set):
+        def add(self, child):
+            child.kill()
+            child.wait()
+            super().add(child)
+
+    running = Killer()
+    assert run_drawer({}, running) == {"error": {"kind": "lost", "text": "its process ended by signal 9"}}
+    assert not running

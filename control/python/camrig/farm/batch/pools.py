@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import subprocess
@@ -42,14 +43,14 @@ def run_drawer(job: dict[str, Any], running: set[subprocess.Popen[bytes]] | None
                                  env={**os.environ, "PYTHONPATH": path})
         if running is not None:
             running.add(child)
-        with child:
+        text = b""
+        # One that was killed takes nothing: writing to it fails, and so does closing a pipe with what it did not take.
+        with contextlib.suppress(BrokenPipeError), child:
             try:
                 # stdin stays open: its end is the drawer's.
                 child.stdin.write(json.dumps(job).encode() + b"\n")  # type: ignore[union-attr]
                 child.stdin.flush()  # type: ignore[union-attr]
                 text = child.stdout.read()  # type: ignore[union-attr]
-            except BrokenPipeError:
-                text = b""
             finally:
                 if running is not None:
                     running.discard(child)
