@@ -58,7 +58,7 @@ std::string unknown_command(const CLI::App& app) {
     return problem + did_you_mean(similar) + "; there are " + commands;
 }
 
-/// A word that belongs nowhere, and the options that it may be the beginning of.
+/// A word that belongs nowhere, and the options that may be meant by it.
 std::string unexpected_word(const CLI::App& app) {
     const CLI::App* innermost = &app;
     while (!innermost->get_subcommands().empty()) innermost = innermost->get_subcommands().front();
