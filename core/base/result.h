@@ -37,6 +37,11 @@ using Result = std::expected<T, Error>;
     return std::unexpected<Error>(Error{kind, std::move(message)});
 }
 
+/// The most frequent of them: what was given is wrong.
+[[nodiscard]] inline std::unexpected<Error> invalid(std::string message) {
+    return error(ErrorKind::invalid_argument, std::move(message));
+}
+
 /// Hands an error on, with the place in front: `at(path, result.error())` -> "scenes/x.json: ...".
 [[nodiscard]] inline std::unexpected<Error> at(std::string_view place, Error inner) {
     inner.message.insert(0, std::string(place) + ": ");

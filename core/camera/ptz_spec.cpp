@@ -17,8 +17,9 @@ FieldOf<S> limits_at(Field given, bool may_be_null) {
     entry.field.schema = R"({"type": ["array", "null"], "items": {"type": "number", "minimum": -180, "maximum": 180},
         "minItems": 2, "maxItems": 2})";
     entry.read = [field = entry.field, may_be_null](JsonReader& reader, Changes<S>& changes) {
-        if constexpr (is_optional<std::remove_cvref_t<decltype(S{}.*member)>>) {
-            if (may_be_null && reader.has_null(field.name)) return changes.change([](S& s) { (s.*member).reset(); });
+        if (may_be_null && reader.has_null(field.name)) {
+            if constexpr (is_optional<std::remove_cvref_t<decltype(S{}.*member)>>)
+                return changes.change([](S& s) { (s.*member).reset(); });
         }
         const nlohmann::json* const json = reader.find(field.name);
         if (!json) return;

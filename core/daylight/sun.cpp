@@ -22,10 +22,6 @@ double arc_sine(double x) {
     return portable::atan2(x, std::sqrt(std::max(0.0, 1.0 - x * x)));
 }
 
-std::unexpected<Error> bad(std::string text) {
-    return error(ErrorKind::invalid_argument, std::move(text));
-}
-
 }  // namespace
 
 Result<double> read_instant(std::string_view text) {
@@ -35,10 +31,10 @@ Result<double> read_instant(std::string_view text) {
     const char* const wanted = ": expected a time as 2026-06-21T14:30:00+02:00, or with Z for UTC";
     if (copy.size() > 40 ||
         std::sscanf(copy.c_str(), "%4d-%2d-%2dT%2d:%2d%n", &year, &month, &day, &hour, &minute, &used) != 5)
-        return bad(copy.substr(0, 40) + wanted);
+        return invalid(copy.substr(0, 40) + wanted);
     const char* rest = copy.c_str() + used;
     if (*rest == ':' && (std::sscanf(rest, ":%lf%n", &second, &used) != 1 || !(second >= 0.0 && second < 61.0)))
-        return bad(copy + wanted);
+        return invalid(copy + wanted);
     if (*rest == ':') rest += used;
     int offset_hour = 0, offset_minute = 0;
     double offset = 0.0;
@@ -46,10 +42,11 @@ Result<double> read_instant(std::string_view text) {
         std::sscanf(rest + 1, "%2d:%2d%n", &offset_hour, &offset_minute, &used) == 2 && !rest[1 + used])
         offset = (*rest == '-' ? -1.0 : 1.0) * (3600.0 * offset_hour + 60.0 * offset_minute);
     else if (std::string_view(rest) != "Z")
-        return bad(copy + wanted);
+        return invalid(copy + wanted);
     const std::chrono::year_month_day date{std::chrono::year(year), std::chrono::month(unsigned(month)),
                                            std::chrono::day(unsigned(day))};
-    if (!date.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59) return bad(copy + ": there is no such time");
+    if (!date.ok() || hour < 0 || hour > 23 || minute < 0 || minute > 59)
+        return invalid(copy + ": there is no such time");
     const double days = double(std::chrono::sys_days(date).time_since_epoch().count());
     return 86400.0 * days + 3600.0 * hour + 60.0 * minute + second - offset;
 }

@@ -18,15 +18,11 @@ using nlohmann::json;
 constexpr std::size_t max_file_bytes = std::size_t{64} << 20;
 constexpr const char *colmap_cameras = "cameras.txt", *colmap_images = "images.txt";
 
-std::unexpected<Error> bad(std::string text) {
-    return error(ErrorKind::invalid_argument, std::move(text));
-}
-
 Result<std::string> text_of(const std::filesystem::path& path) {
     std::error_code problem;
     const auto bytes = std::filesystem::file_size(path, problem);
     if (problem) return error(ErrorKind::not_found, path.string() + ": " + problem.message());
-    if (bytes > max_file_bytes) return bad(path.string() + ": is larger than 64 MiB");
+    if (bytes > max_file_bytes) return invalid(path.string() + ": is larger than 64 MiB");
     std::ifstream file(path, std::ios::binary);
     std::string text(bytes, '\0');
     if (!file.read(text.data(), std::streamsize(bytes)))
@@ -78,7 +74,7 @@ Result<KnownCamera> colmap_camera(const std::string& line) {
     words >> id >> name >> camera.size.width >> camera.size.height;
     const auto model = colmap_models().find(name);
     if (!words || model == colmap_models().end())
-        return bad("cameras.txt: camera " + id + ": no model that is known here: " + name);
+        return invalid("cameras.txt: camera " + id + ": no model that is known here: " + name);
     const auto& [focals, lens, places] = model->second;
     auto& k = camera.intrinsics;
     words >> k.fx;
@@ -87,7 +83,7 @@ Result<KnownCamera> colmap_camera(const std::string& line) {
     words >> k.cx >> k.cy;
     camera.lens.model = lens;
     for (const std::size_t place : places) words >> camera.lens.coefficients[place];
-    if (!words) return bad("cameras.txt: camera " + id + ": has too few numbers for " + name);
+    if (!words) return invalid("cameras.txt: camera " + id + ": has too few numbers for " + name);
     // COLMAP's pixel centres are at halves.
     k.cx -= 0.5;
     k.cy -= 0.5;
@@ -109,9 +105,9 @@ Result<std::optional<ColmapImage>> colmap_image(const std::string& line) {
     words >> id >> turn.w >> turn.x >> turn.y >> turn.z >> shift.x >> shift.y >> shift.z >> image.camera >> std::ws;
     std::getline(words, image.name);
     while (!image.name.empty() && (image.name.back() == '\r' || image.name.back() == ' ')) image.name.pop_back();
-    if (!words || image.name.empty()) return bad("images.txt: not a line of an image: " + line.substr(0, 60));
+    if (!words || image.name.empty()) return invalid("images.txt: not a line of an image: " + line.substr(0, 60));
     const double length = glm::length(turn);
-    if (!(length > 1e-6)) return bad("images.txt: image " + image.name + ": its quaternion is zero");
+    if (!(length > 1e-6)) return invalid("images.txt: image " + image.name + ": its quaternion is zero");
     const glm::dmat3 optical_from_world = glm::mat3_cast(turn / length);
     const glm::dmat3 world_from_link = glm::transpose(optical_from_world) * glm::transpose(camera::link_from_optical());
     auto pose =
@@ -126,13 +122,13 @@ Result<glm::dmat4> read_rows(const json& value, const std::string& path) {
     const auto rows = reader.array("rows", 4);
     glm::dmat4 matrix(0.0);
     for (std::size_t row = 0; row < rows.size(); ++row) {
-        if (!rows[row].is_array() || rows[row].size() != 4) return bad(path + ".rows: must be 4 rows of 4 numbers");
+        if (!rows[row].is_array() || rows[row].size() != 4) return invalid(path + ".rows: must be 4 rows of 4 numbers");
         for (std::size_t column = 0; column < 4; ++column) {
-            if (!rows[row][column].is_number()) return bad(path + ".rows: must be 4 rows of 4 numbers");
+            if (!rows[row][column].is_number()) return invalid(path + ".rows: must be 4 rows of 4 numbers");
             matrix[glm::length_t(column)][glm::length_t(row)] = rows[row][column].get<double>();
         }
     }
-    if (rows.size() != 4) return bad(path + ".rows: must be 4 rows of 4 numbers");
+    if (rows.size() != 4) return invalid(path + ".rows: must be 4 rows of 4 numbers");
     return matrix;
 }
 
@@ -172,7 +168,7 @@ Result<KnownCamera> parse_fspy(const std::string& text) {
     // Its camera looks along -z, with y up: the optical frame turned about x.
     const glm::dmat3 axes(*matrix);
     const glm::dmat3 turn(axes[0], -axes[1], -axes[2]);
-    if (std::abs(glm::determinant(turn) - 1.0) > 1e-3) return bad("cameraTransform: is no rotation and a place");
+    if (std::abs(glm::determinant(turn) - 1.0) > 1e-3) return invalid("cameraTransform: is no rotation and a place");
     const auto pose = camera::pose_from_quaternion(glm::dvec3((*matrix)[3]),
                                                    glm::quat_cast(turn * glm::transpose(camera::link_from_optical())));
     if (!pose) return camrig::at("cameraTransform", pose.error());
@@ -209,15 +205,15 @@ Result<KnownCamera> parse_colmap(const std::string& cameras, const std::string& 
 
 Result<KnownCamera> parse_camera_files(const std::map<std::string, std::string>& texts, const std::string& image,
                                        std::optional<ImageSize> size) {
-    if (texts.empty()) return bad("no file is given");
+    if (texts.empty()) return invalid("no file is given");
     const auto cameras = texts.find(colmap_cameras), images = texts.find(colmap_images);
     const bool is_colmap = cameras != texts.end() || images != texts.end();
     if (is_colmap && cameras == texts.end())
         return error(ErrorKind::not_found, std::string(colmap_images) + ": belongs to a cameras.txt; give that too");
     if (texts.size() > (is_colmap && images != texts.end() ? 2u : 1u))
-        return bad(texts.rbegin()->first + ": one file too many; give one, or cameras.txt with images.txt");
+        return invalid(texts.rbegin()->first + ": one file too many; give one, or cameras.txt with images.txt");
     const auto& [name, text] = is_colmap ? *cameras : *texts.begin();
-    Result<KnownCamera> camera = bad("");
+    Result<KnownCamera> camera = invalid("");
     if (is_colmap) {
         camera = parse_colmap(text, images == texts.end() ? "" : images->second, image);
         if (!camera) return camera;
@@ -230,9 +226,10 @@ Result<KnownCamera> parse_camera_files(const std::map<std::string, std::string>&
         camera = KnownCamera{read->size, read->intrinsics, read->lens, std::nullopt};
     }
     if (size && (camera->size.width != size->width || camera->size.height != size->height))
-        return bad(name + ": is of a photo of " + camera->size.to_string() + ", and this one is " + size->to_string() +
-                   (camera->size.width == size->height ? "; was it turned?"
-                                                       : "; calibrate the photo as it is, neither cropped nor scaled"));
+        return invalid(
+            name + ": is of a photo of " + camera->size.to_string() + ", and this one is " + size->to_string() +
+            (camera->size.width == size->height ? "; was it turned?"
+                                                : "; calibrate the photo as it is, neither cropped nor scaled"));
     return camera;
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double reach_px = 8.0;
 constexpr double least_contrast = 0.02;
-constexpr int most_turns = 40;
+constexpr int most_steps = 40;
 constexpr int least_pixels = 32;
 constexpr double most_wrong_share = 0.12;  ///< of the contrast
 
@@ -107,7 +107,7 @@ Result<double> fit_edge(const Picture& picture, const Region& region) {
     if (!guess) return no_edge;
     Numbers fit = *guess;
     double wrong = 0.0;
-    for (int turn = 0; turn < most_turns; ++turn) {
+    for (int turn = 0; turn < most_steps; ++turn) {
         const Numbers step = step_from(fit, samples, wrong);
         if (!step.allFinite()) return no_edge;
         fit += step;

@@ -17,10 +17,6 @@ constexpr std::size_t most_left_out_work = 24 * 48;
 /// Below this share of their spread, points are on a line.
 constexpr double flat_share = 1e-4;
 
-std::unexpected<Error> bad(const std::string& text) {
-    return error(ErrorKind::invalid_argument, text);
-}
-
 bool is_pixel(glm::dvec2 px) {
     return std::abs(px.x) <= max_pixel && std::abs(px.y) <= max_pixel;
 }
@@ -30,33 +26,33 @@ std::string place(const char* list, std::size_t n, const char* key) {
 }
 
 Result<void> check_numbers(const PlateTask& task) {
-    if (task.size.width < 16 || task.size.height < 16) return bad("size: must be at least 16x16");
+    if (task.size.width < 16 || task.size.height < 16) return invalid("size: must be at least 16x16");
     for (std::size_t n = 0; n < task.points.size(); ++n) {
-        if (!is_pixel(task.points[n].px)) return bad(place("points", n, "px") + ": must be within 1e6 pixels");
+        if (!is_pixel(task.points[n].px)) return invalid(place("points", n, "px") + ": must be within 1e6 pixels");
         for (int i = 0; i < 3; ++i)
             if (!(std::abs(task.points[n].m[i]) <= max_metres))
-                return bad(place("points", n, "m") + ": must be within 1e7 m");
+                return invalid(place("points", n, "m") + ": must be within 1e7 m");
         for (std::size_t before = 0; before < n; ++before)
             if (glm::distance(task.points[n].px, task.points[before].px) < 1e-6 &&
                 glm::distance(task.points[n].m, task.points[before].m) < 1e-9)
-                return bad(place("points", n, "") + ": is the same as points[" + std::to_string(before) + "]");
+                return invalid(place("points", n, "") + ": is the same as points[" + std::to_string(before) + "]");
     }
     for (std::size_t n = 0; n < task.heights.size(); ++n) {
         const KnownHeight& each = task.heights[n];
         if (!is_pixel(each.foot_px) || !is_pixel(each.head_px) || glm::distance(each.foot_px, each.head_px) < 1.0)
-            return bad(place("heights", n, "") + ": foot and head must be a pixel apart or more");
+            return invalid(place("heights", n, "") + ": foot and head must be a pixel apart or more");
         if (!(each.height_m > 0.0 && each.height_m < 1e4))
-            return bad(place("heights", n, "height_m") + ": must be over 0");
-        if (!(std::abs(each.z) <= max_metres)) return bad(place("heights", n, "z") + ": must be within 1e7 m");
+            return invalid(place("heights", n, "height_m") + ": must be over 0");
+        if (!(std::abs(each.z) <= max_metres)) return invalid(place("heights", n, "z") + ": must be within 1e7 m");
     }
     for (std::size_t n = 0; n < task.lines.size(); ++n)
         if (!is_pixel(task.lines[n].from_px) || !is_pixel(task.lines[n].to_px) ||
             glm::distance(task.lines[n].from_px, task.lines[n].to_px) < 1.0)
-            return bad(place("lines", n, "px") + ": its ends must be a pixel apart or more");
+            return invalid(place("lines", n, "px") + ": its ends must be a pixel apart or more");
     if (task.click_px && !(*task.click_px > 0.0 && *task.click_px < 1e3))
-        return bad("click_px: must be over 0 and below 1000");
+        return invalid("click_px: must be over 0 and below 1000");
     if (task.camera_height_m && !(std::abs(*task.camera_height_m) <= max_metres))
-        return bad("camera_height_m: must be within 1e7 m");
+        return invalid("camera_height_m: must be within 1e7 m");
     return {};
 }
 
@@ -90,23 +86,24 @@ Result<void> check_plate_task(const PlateModel& model) {
     const PlateTask& task = model.task();
     if (auto good = check_numbers(task); !good) return good;
     if (task.fit_k1 && (task.lens.model != camera::LensModel::pinhole || task.intrinsics))
-        return bad("fit_k1: the lens is given; leave out lens and intrinsics, or fit_k1");
+        return invalid("fit_k1: the lens is given; leave out lens and intrinsics, or fit_k1");
     if (task.points.empty() && task.heights.empty() && task.lines.empty())
-        return bad("points: none are given; give at least 4 (pixel and metres), or known heights and lines");
+        return invalid("points: none are given; give at least 4 (pixel and metres), or known heights and lines");
     if (task.points.empty() && task.heights.empty() && !task.camera_height_m)
-        return bad("lines: tell nothing of sizes; give points, a known height or camera_height_m too");
+        return invalid("lines: tell nothing of sizes; give points, a known height or camera_height_m too");
     if (task.points.size() >= 2 && task.heights.empty() && task.lines.empty()) {
         const int dimensions = dimensions_of(task.points);
-        if (dimensions == 0) return bad("points: all are the same place; spread them over the ground");
+        if (dimensions == 0) return invalid("points: all are the same place; spread them over the ground");
         if (dimensions == 1)
-            return bad("points: all are on one line; give at least one beside it, the further the better");
+            return invalid("points: all are on one line; give at least one beside it, the further the better");
     }
     if (task.points.size() >= 2 && pixel_spread(task.points) < 2.0)
-        return bad("points: all are the same pixel; spread them over the photo");
+        return invalid("points: all are the same pixel; spread them over the photo");
     if (model.degrees_of_freedom() < (task.click_px ? 0 : 1))
-        return bad("points: " + std::to_string(model.residual_count()) + " numbers were clicked and " +
-                   std::to_string(model.step_size()) + " are sought; give " +
-                   (task.intrinsics ? "at least 4 points" : "at least 4 points (5 with fit_k1), or the focal length"));
+        return invalid(
+            "points: " + std::to_string(model.residual_count()) + " numbers were clicked and " +
+            std::to_string(model.step_size()) + " are sought; give " +
+            (task.intrinsics ? "at least 4 points" : "at least 4 points (5 with fit_k1), or the focal length"));
     return {};
 }
 

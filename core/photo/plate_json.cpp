@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "core/camera/camera_model.h"
 #include "core/daylight/sun.h"
@@ -13,7 +12,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double deg = std::numbers::pi / 180.0;
 /// The ground of a new camera reaches this far.
 constexpr double ground_reach_m = 80.0;
 
@@ -75,7 +73,7 @@ std::optional<camera::Intrinsics> read_intrinsics(JsonReader& reader, ImageSize 
         double vfov = 0.0;
         reader.required("vfov_deg", vfov);
         if (!reader.ok()) return {};
-        k = camera::intrinsics_from_vfov(size, vfov * deg);
+        k = camera::intrinsics_from_vfov(size, glm::radians(vfov));
         if (!k) reader.fail("vfov_deg", k.error().message);
         return k ? std::optional(*k) : std::nullopt;
     }
@@ -201,9 +199,9 @@ json camera_json(ImageSize size, const camera::Intrinsics& k, const camera::Lens
                {"intrinsics", {{"fx", k.fx}, {"fy", k.fy}, {"cx", k.cx}, {"cy", k.cy}}},
                {"pose",
                 {{"position", vector_json(pose.position)},
-                 {"pan_deg", angles.pan / deg},
-                 {"tilt_deg", angles.tilt / deg},
-                 {"roll_deg", angles.roll / deg}}}};
+                 {"pan_deg", glm::degrees(angles.pan)},
+                 {"tilt_deg", glm::degrees(angles.tilt)},
+                 {"roll_deg", glm::degrees(angles.roll)}}}};
     const auto coefficients = std::span(lens.coefficients).first(std::size_t(coefficient_count(lens.model)));
     if (std::ranges::any_of(coefficients, [](double c) { return c != 0.0; }))
         entry["lens"] = {{"model", to_string(lens.model)},
@@ -251,9 +249,9 @@ json to_json(const PlateCalibration& found) {
             {"reason", found.verdict},
             {"half_95",
              {{"position", vector_json(half.position_m)},
-              {"pan_deg", half.angles.pan / deg},
-              {"tilt_deg", half.angles.tilt / deg},
-              {"roll_deg", half.angles.roll / deg},
+              {"pan_deg", glm::degrees(half.angles.pan)},
+              {"tilt_deg", glm::degrees(half.angles.tilt)},
+              {"roll_deg", glm::degrees(half.angles.roll)},
               {"focal_px", half.focal_px},
               {"k1", half.k1}}},
             {"person_share_95", found.person_share_95},
@@ -288,8 +286,8 @@ Result<json> calibration_json(const PlateTask& task, const std::optional<KnownCa
 json light_json(const PlateLight& light, const glm::dvec3& direction, double north) {
     const daylight::SunPlace sun = daylight::sun_of(direction, north);
     const double intensity = std::max({light.sun.r, light.sun.g, light.sun.b});
-    return {{"azimuth_deg", sun.azimuth / deg},
-            {"elevation_deg", sun.elevation / deg},
+    return {{"azimuth_deg", glm::degrees(sun.azimuth)},
+            {"elevation_deg", glm::degrees(sun.elevation)},
             {"lights", json::array({{{"type", "directional"},
                                      {"name", "sun"},
                                      {"direction", vector_json(direction)},
@@ -335,7 +333,8 @@ Result<PlateView> read_camera(const json& value, const std::string& path, ImageS
     const auto pose =
         looks_at    ? camera::pose_look_at(position, {target[0], target[1], target[2]})
         : is_turned ? camera::pose_from_quaternion(position, glm::dquat(turn[3], turn[0], turn[1], turn[2]))
-                    : camera::pose_from_angles(position, {angles.pan * deg, angles.tilt * deg, angles.roll * deg});
+                    : camera::pose_from_angles(
+                          position, {glm::radians(angles.pan), glm::radians(angles.tilt), glm::radians(angles.roll)});
     if (!pose) return camrig::at(path, pose.error());
     auto map = camera::LensMap::create(lens);
     if (!map) return camrig::at(path + ".lens", map.error());

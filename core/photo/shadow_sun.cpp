@@ -9,23 +9,19 @@ namespace {
 /// A shadow that ends nearer than this to its foot says nothing of the sun.
 constexpr double min_shadow_m = 0.02;
 
-std::unexpected<Error> bad(std::string text) {
-    return error(ErrorKind::invalid_argument, std::move(text));
-}
-
 Result<std::pair<glm::dvec3, double>> direction_of(const PlateView& view, const Shadow& shadow) {
     const auto foot = view.on_ground(shadow.foot_px, shadow.z), tip = view.on_ground(shadow.tip_px, shadow.z);
-    if (!foot) return bad("foot: is over the horizon of the ground");
-    if (!tip) return bad("tip: is over the horizon of the ground");
+    if (!foot) return invalid("foot: is over the horizon of the ground");
+    if (!tip) return invalid("tip: is over the horizon of the ground");
     const auto seen = view.ray(shadow.top_px);
-    if (!seen) return bad("top: the lens shows nothing there");
+    if (!seen) return invalid("top: the lens shows nothing there");
     // Of the upright line through the foot, the height nearest to the line of sight.
     const glm::dvec3 along = view.world_from_optical * *seen, from = view.position - *foot;
     const double a = 1.0 - along.z * along.z;
-    if (a < 1e-6) return bad("top: is seen from straight above; use another thing");
+    if (a < 1e-6) return invalid("top: is seen from straight above; use another thing");
     const double height = (from.z - along.z * glm::dot(from, along)) / a;
-    if (!(height > min_shadow_m)) return bad("top: is not above the foot");
-    if (glm::distance(*tip, *foot) < min_shadow_m) return bad("tip: is the foot itself; use a longer shadow");
+    if (!(height > min_shadow_m)) return invalid("top: is not above the foot");
+    if (glm::distance(*tip, *foot) < min_shadow_m) return invalid("tip: is the foot itself; use a longer shadow");
     return std::pair(glm::normalize(*tip - *foot - glm::dvec3(0, 0, height)), height);
 }
 

@@ -14,10 +14,6 @@ namespace {
 /// The code strip's cells need this much room (core/frame/code_strip), and so does the clock's text.
 constexpr ImageSize min_code_strip_size{128, 32};
 
-Error invalid(std::string message) {
-    return {ErrorKind::invalid_argument, std::move(message)};
-}
-
 Result<camera::Intrinsics> derive_intrinsics(ImageSize size, const Optics& optics) {
     if (const auto* vertical = std::get_if<VerticalFov>(&optics))
         return camera::intrinsics_from_vfov(size, vertical->rad);
@@ -30,16 +26,16 @@ Result<void> check_size(const CameraSpec& spec) {
     const auto [width, height] = spec.size;
     if (width < min_image_size.width || height < min_image_size.height || width > max_image_size.width ||
         height > max_image_size.height) {
-        return std::unexpected(invalid("size: " + spec.size.to_string() + "; cameras have " +
-                                       min_image_size.to_string() + " to " + max_image_size.to_string() + " pixels"));
+        return invalid("size: " + spec.size.to_string() + "; cameras have " + min_image_size.to_string() + " to " +
+                       max_image_size.to_string() + " pixels");
     }
     if (spec.code_strip && (width < min_code_strip_size.width || height < min_code_strip_size.height)) {
-        return std::unexpected(invalid("code_strip: a picture of " + spec.size.to_string() +
-                                       " has no room for it; it needs " + min_code_strip_size.to_string()));
+        return invalid("code_strip: a picture of " + spec.size.to_string() + " has no room for it; it needs " +
+                       min_code_strip_size.to_string());
     }
     if (spec.clock_text && (width < min_code_strip_size.width || height < min_code_strip_size.height)) {
-        return std::unexpected(invalid("clock_text: a picture of " + spec.size.to_string() +
-                                       " has no room for it; it needs " + min_code_strip_size.to_string()));
+        return invalid("clock_text: a picture of " + spec.size.to_string() + " has no room for it; it needs " +
+                       min_code_strip_size.to_string());
     }
     return {};
 }
@@ -47,9 +43,9 @@ Result<void> check_size(const CameraSpec& spec) {
 Result<void> check_range(const CameraSpec& spec) {
     if (auto good = check_fields(camera_fields(), spec); !good) return good;
     if (auto good = check_fields(fields_of(std::type_identity<LensSampling>{}), spec.lens_sampling); !good)
-        return std::unexpected(invalid("lens." + good.error().message));
+        return invalid("lens." + good.error().message);
     if (!(spec.far_m == 0.0 || (std::isfinite(spec.far_m) && spec.far_m > spec.near_m)))
-        return std::unexpected(invalid("far: must be 0 (no limit) or over near"));
+        return invalid("far: must be 0 (no limit) or over near");
     return {};
 }
 
@@ -60,27 +56,26 @@ bool is_of_areas_or_middles(Antialias antialias) {
 
 Result<void> check_sensor(const CameraSpec& spec) {
     if (!spec.sensor) return {};
-    if (auto good = sensor::check_sensor(*spec.sensor); !good)
-        return std::unexpected(invalid("sensor." + good.error().message));
+    if (auto good = sensor::check_sensor(*spec.sensor); !good) return invalid("sensor." + good.error().message);
     // Light is drawn by one rasteriser alone.
     if (spec.antialias != Antialias::automatic && !is_of_areas_or_middles(spec.antialias))
-        return std::unexpected(Error{ErrorKind::unsupported, "antialias: with a sensor it is auto, none or coverage"});
+        return error(ErrorKind::unsupported, "antialias: with a sensor it is auto, none or coverage");
     const bool is_pinhole = spec.lens.model == camera::LensModel::pinhole;
     if (is_pinhole ? spec.lens_sampling.method != LensMethod::automatic : spec.lens_sampling != LensSampling{})
-        return std::unexpected(Error{ErrorKind::unsupported,
-                                     "lens: with a sensor it is drawn through itself (method and filter "
-                                     "as they are when left out)"});
+        return error(ErrorKind::unsupported,
+                     "lens: with a sensor it is drawn through itself (method and filter "
+                     "as they are when left out)");
     return {};
 }
 
 Result<void> check_pose(const camera::Pose& pose) {
     for (glm::length_t i = 0; i < 3; ++i) {
         if (!(std::abs(pose.position[i]) <= camera::max_coordinate_m))
-            return std::unexpected(invalid("pose.position: must be finite and within 1e10 m of the origin"));
+            return invalid("pose.position: must be finite and within 1e10 m of the origin");
     }
     // Made by core/camera, so a unit quaternion; this is for specs put together in code.
     if (!(std::abs(glm::length(pose.orientation) - 1.0) < 1e-6))
-        return std::unexpected(invalid("pose.orientation: is not a unit quaternion"));
+        return invalid("pose.orientation: is not a unit quaternion");
     return {};
 }
 
@@ -99,7 +94,7 @@ Result<void> check_exposure(const CameraSpec& spec) {
 /// A plate is true from one place, through one lens.
 Result<void> check_backdrop(const CameraSpec& spec) {
     if (!spec.backdrop) return {};
-    const auto refuse = [](const std::string& why) { return std::unexpected(Error{ErrorKind::unsupported, why}); };
+    const auto refuse = [](const std::string& why) { return error(ErrorKind::unsupported, why); };
     const bool stands_still = spec.backdrop->stands_still();
     if (spec.mount && !spec.backdrop->is_projected())
         return refuse(

@@ -9,7 +9,7 @@ using nlohmann::json;
 
 const std::vector<FieldOf<ObjectSpec>>& spawned_object_fields() {
     static const std::vector<FieldOf<ObjectSpec>> table = [] {
-        const FieldTable<ObjectSpec> all = fields_of(std::type_identity<ObjectSpec>{});
+        const auto& all = fields_of(std::type_identity<ObjectSpec>{});
         std::vector<FieldOf<ObjectSpec>> made(all.begin(), all.end());
         std::erase_if(made, [](const auto& entry) { return entry.field.name == "attach"; });
         return made;
