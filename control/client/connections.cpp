@@ -61,7 +61,8 @@ std::string Connections::url_of(const std::string& service) {
     std::string host = endpoint && !endpoint->host.empty() ? endpoint->host : info.value("host", "");
     if (host.empty() || host == "0.0.0.0" || host == "::") host = "127.0.0.1";
     if (host.find(':') != std::string::npos) host = "[" + host + "]";
-    return service + "://" + host + ":" + std::to_string(port);
+    const std::string scheme = service == "rtsp" ? info.value("rtsp_scheme", service) : service;
+    return scheme + "://" + host + ":" + std::to_string(port);
 }
 
 }  // namespace camrig::client

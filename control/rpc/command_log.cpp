@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
@@ -105,13 +106,18 @@ Result<std::shared_ptr<CommandLogWriter>> CommandLogWriter::create(const std::fi
     if (state.st_size > 0)
         return error(ErrorKind::already_exists,
                      file.string() + ": there is something in it; give another file, or --replay it too to go on");
-    return std::shared_ptr<CommandLogWriter>(new CommandLogWriter(std::move(made), file.string(), 0));
+    return std::shared_ptr<CommandLogWriter>(new CommandLogWriter(std::move(made), file.string(), 0, {}));
 }
 
 Result<std::shared_ptr<CommandLogWriter>> CommandLogWriter::go_on(const std::filesystem::path& file,
                                                                   const ReadCommandLog& log) {
     std::error_code failed;
-    if (!std::filesystem::equivalent(file, log.file, failed)) {
+    std::optional<std::string> cut;
+    if (std::filesystem::equivalent(file, log.file, failed)) {
+        std::ifstream in(file, std::ios::binary);
+        in.seekg(static_cast<std::streamoff>(log.whole_bytes));
+        cut.emplace(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>());
+    } else {
         auto branch = create(file);
         if (!branch) return std::unexpected(branch.error());
         if (!std::filesystem::copy_file(log.file, file, std::filesystem::copy_options::overwrite_existing, failed))
@@ -120,7 +126,8 @@ Result<std::shared_ptr<CommandLogWriter>> CommandLogWriter::go_on(const std::fil
     UniqueFd made(::open(file.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC));
     if (!made || ::ftruncate(made.get(), static_cast<off_t>(log.whole_bytes)) != 0)
         return error(ErrorKind::unavailable, file.string() + ": cannot be written: " + std::strerror(errno));
-    return std::shared_ptr<CommandLogWriter>(new CommandLogWriter(std::move(made), file.string(), log.whole_bytes));
+    return std::shared_ptr<CommandLogWriter>(
+        new CommandLogWriter(std::move(made), file.string(), log.whole_bytes, std::move(cut)));
 }
 
 Result<std::filesystem::path> save_world(const LogPlace& log, const std::string& name, const SavedState& state) {
@@ -149,6 +156,12 @@ Result<std::filesystem::path> save_world(const LogPlace& log, const std::string&
 
 void CommandLogWriter::begin(const json& identity) {
     write(json{{"camrig_log", 1}, {"identity", identity}}.dump() + "\n");
+}
+
+void CommandLogWriter::leave_as_found() {
+    if (!file_ || ::ftruncate(file_.get(), static_cast<off_t>(found_)) != 0) return;
+    if (cut_) write(*cut_);
+    file_.reset();
 }
 
 void CommandLogWriter::note(TimeNs at_ns, const std::string& text) {

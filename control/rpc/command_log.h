@@ -61,6 +61,8 @@ public:
 
     /// The first line of a new log.
     void begin(const nlohmann::json& identity);
+    /// For a rig that never served: the file is again what it was when this was made.
+    void leave_as_found();
     /// While it is, what is noted is not written: it stands there already.
     void set_muted(bool is_muted) { is_muted_ = is_muted; }
     void note(TimeNs at_ns, const std::string& text) override;
@@ -68,13 +70,20 @@ public:
     LogPlace place() const { return {name_, bytes_}; }
 
 private:
-    CommandLogWriter(UniqueFd file, std::string name, std::uintmax_t bytes)
-        : file_(std::move(file)), name_(std::move(name)), bytes_(bytes) {}
+    /// What a file had behind `bytes` when it was found is `cut`; a new one had nothing.
+    CommandLogWriter(UniqueFd file, std::string name, std::uintmax_t bytes, std::optional<std::string> cut)
+        : file_(std::move(file)),
+          name_(std::move(name)),
+          bytes_(bytes),
+          found_(cut ? bytes : 0),
+          cut_(std::move(cut)) {}
     void write(const std::string& line);
 
     UniqueFd file_;
     const std::string name_;
     std::uintmax_t bytes_;
+    const std::uintmax_t found_;
+    const std::optional<std::string> cut_;
     std::atomic<bool> is_muted_{false};
 };
 

@@ -150,8 +150,7 @@ std::vector<Method> replica_methods(RpcContext& context) {
                     {"command_count", "integer", "commands that are in it"}},
          .errors = {invalid_argument, already_exists, unavailable, resource_exhausted},
          .handler = [&context](const json& params, RpcReply done) { save(context, params, std::move(done)); },
-         .example = R"({"name": "before_lunch"})",
-         .reads_files = true},
+         .example = R"({"name": "before_lunch"})"},
         {.name = "rig.identity",
          .summary = "What has to be equal in rigs that are to hold the same world.",
          .params = {},
@@ -166,8 +165,7 @@ std::vector<Method> replica_methods(RpcContext& context) {
                     {"mode", "string", "realtime or lockstep"},
                     {"quality", "string", "the rig's own"}},
          .errors = {resource_exhausted, not_found},
-         .handler = [&context](const json& params, RpcReply done) { identify(context, params, std::move(done)); },
-         .reads_files = true},
+         .handler = [&context](const json& params, RpcReply done) { identify(context, params, std::move(done)); }},
     };
 }
 

@@ -41,6 +41,7 @@ std::vector<Field> info_fields() {
             {"host", "string", "address that the ports belong to"},
             {"http", "integer", "port"},
             {"rtsp", "integer", "port; 0: off"},
+            {"rtsp_scheme", "string", "of its addresses: rtsp, or rtsps with --rtsp-cert"},
             {"tcp", "integer", "port of control over TCP; 0: off"},
             {"key_file", "string", "file with the key that commands over HTTP and TCP need; absent: none is needed"},
             {"connections", "object",

@@ -80,6 +80,7 @@ bool lay_out(const PlacedScene& scene, int max_side, BakedLight& light) {
         if (model == light.models.end()) continue;
         world::BakedObject& made = light.objects.emplace_back();
         made.name = object.info->name;
+        made.model = object.info->model_name;
         made.position = object.position;
         made.orientation = object.orientation;
         made.scale = object.scale;

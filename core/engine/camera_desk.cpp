@@ -72,6 +72,25 @@ void CameraDesk::renew_latest(CameraEntry& entry, std::int64_t sequence) {
     rig_.show(entry, sequence, rig_.world->snapshot(now_ns), monotonic_ns, rig_.world_past(now_ns));
 }
 
+/// Nothing falls due while the world stands still, yet the change must show. In real time it is a frame more. In
+/// lockstep readers are sent what is due and nothing else: who asks gets the frame that is there, drawn anew.
+void CameraDesk::renew_standing(CameraEntry& entry, TimeNs now_ns) {
+    if (rig_.options.mode != RunMode::realtime) return renew_latest(entry, entry.latest.sequence);
+    const std::int64_t next = rig_.schedule.next_sequence(entry.id);
+    rig_.schedule.set(entry.id, entry.exposure_times(), now_ns, next + 1);
+    renew_latest(entry, next);
+}
+
+void CameraDesk::show_waiting_changes() {
+    const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
+    for (auto& [id, entry] : rig_.cameras.all()) {
+        if (entry.applied_ns <= entry.latest.state.world_ns) continue;
+        renew_standing(entry, now_ns);
+        entry.applied_ns = entry.latest.state.world_ns;
+        if (!rig_.bus.wanted(id, entry.latest.state.world_ns).empty()) show_latest(entry);
+    }
+}
+
 void CameraDesk::show_latest(CameraEntry& entry) {
     const LatestDue& latest = entry.latest;
     DueViews due = rig_.picture_of(entry);
@@ -97,13 +116,9 @@ Result<CameraReply> CameraDesk::run(SetCamera& command) {
     if (entry.exposure_times() != exposure_times_of(*old))
         rig_.schedule.set(entry.id, entry.exposure_times(), now_ns, rig_.schedule.next_sequence(entry.id));
     TimeNs applied_ns = rig_.schedule.next_due_ns(entry.id);
-    // Nothing falls due while the world stands still, yet the change must show. In real time it is a frame more. In
-    // lockstep readers are sent what is due and nothing else: who asks gets the frame that is there, drawn anew.
     const bool stands_still = !rig_.clock.running() && rig_.options.mode == RunMode::realtime;
     if (!rig_.clock.running()) {
-        const std::int64_t next = rig_.schedule.next_sequence(entry.id);
-        if (stands_still) rig_.schedule.set(entry.id, entry.exposure_times(), now_ns, next + 1);
-        renew_latest(entry, stands_still ? next : entry.latest.sequence);
+        renew_standing(entry, now_ns);
         applied_ns = entry.latest.state.world_ns;
     }
     if (entry.spec().size != old->size || entry.spec().rate != old->rate || entry.spec().outputs != old->outputs ||

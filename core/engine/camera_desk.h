@@ -31,6 +31,8 @@ public:
     void begin_world();
     /// Draws the latest frame of each camera, whether or not somebody reads it.
     void show_all();
+    /// The world stands still from now on: cameras that were changed and would show it with their next frame show it.
+    void show_waiting_changes();
 
 private:
     Result<CameraEntry*> add_camera(world::CameraSpec spec);
@@ -43,6 +45,7 @@ private:
     Result<void> check_new_outputs(const world::CameraSpec& spec, const std::vector<OutputSpec>& present);
     /// The camera's newest picture shows the world of now with its present spec.
     void renew_latest(CameraEntry& entry, std::int64_t sequence);
+    void renew_standing(CameraEntry& entry, TimeNs now_ns);
     /// The camera's newest picture is drawn, for who reads it.
     void show_latest(CameraEntry& entry);
     CameraReply report_of(const CameraEntry& entry) const;

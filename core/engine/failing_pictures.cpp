@@ -16,6 +16,10 @@ bool has_failing_color(const render::View& view) {
     return view.failing && view.kinds[color];
 }
 
+bool wants_numbers(const render::View& view) {
+    return view.kinds[static_cast<std::size_t>(frame::FrameKind::sensor)];
+}
+
 bool wants_soiling(const render::View& view) {
     return view.kinds[static_cast<std::size_t>(frame::FrameKind::soiling)];
 }
@@ -120,11 +124,14 @@ Result<FrameRef> changed(render::Renderer& renderer, const render::View& view, c
 
 Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, const world::SnapshotRef& snapshot,
                                                 TimeNs monotonic_ns, std::span<const render::View> views) {
-    if (std::ranges::none_of(views, has_failing_color) && std::ranges::none_of(views, wants_soiling))
-        return renderer.draw(snapshot, monotonic_ns, views);
+    const auto is_changed = [](const render::View& view) {
+        return has_failing_color(view) || wants_soiling(view) || (view.failing && wants_numbers(view));
+    };
+    if (std::ranges::none_of(views, is_changed)) return renderer.draw(snapshot, monotonic_ns, views);
 
     std::vector<render::View> drawn_views;
     std::vector<std::vector<FrameRef>> ready(views.size());
+    const auto is_drawn = [&](std::size_t i) { return ready[i].empty() || wants_numbers(views[i]); };
     for (std::size_t i = 0; i < views.size(); ++i) {
         const render::View& view = views[i];
         if (wants_soiling(view)) ready[i].push_back(soiling_of(view, *snapshot, monotonic_ns));
@@ -134,7 +141,12 @@ Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, cons
             if (ready[i].empty() && view.failing->faults && fault::hides_picture(*view.failing->faults))
                 ready[i].push_back(hidden(view, *snapshot, monotonic_ns));
         }
-        if (ready[i].empty()) drawn_views.push_back(view);
+        if (is_drawn(i)) drawn_views.push_back(view);
+        // The numbers are of this exposure, whatever picture is shown.
+        if (is_drawn(i) && !ready[i].empty()) {
+            drawn_views.back().kinds[color] = false;
+            drawn_views.back().color_formats = {};
+        }
     }
     render::Renderer::Finished finished;
     if (!drawn_views.empty()) {
@@ -148,11 +160,10 @@ Result<render::Renderer::Finished> draw_failing(render::Renderer& renderer, cons
     std::size_t next_drawn = 0;
     for (std::size_t i = 0; i < views.size(); ++i) {
         const render::View& view = views[i];
-        const bool is_ready = !ready[i].empty();
-        cost_ns.push_back(is_ready || finished.cost_ns.empty() ? not_drawn_ns : finished.cost_ns[next_drawn]);
-        next_drawn += is_ready ? 0 : 1;
+        cost_ns.push_back(!is_drawn(i) || finished.cost_ns.empty() ? not_drawn_ns : finished.cost_ns[next_drawn]);
+        next_drawn += is_drawn(i) ? 1 : 0;
         frames.insert(frames.end(), ready[i].begin(), ready[i].end());
-        if (is_ready) continue;
+        if (!is_drawn(i)) continue;
         for (FrameRef& frame : finished.set.frames) {
             if (frame->info().camera_id != view.camera) continue;
             const bool is_failing = has_failing_color(view) && frame->info().kind == frame::FrameKind::color;

@@ -121,6 +121,9 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
     for (const auto& next : rig_.schedule.take(world_ns)) {
         CameraEntry& entry = rig_.cameras.at(next.camera);
         rig_.show(entry, next.sequence, due.snapshot, monotonic_ns, past);
+        // An event may have given it another clock.
+        if (const camera::ExposureTimes times = entry.exposure_times(); times != rig_.schedule.times(entry.id))
+            rig_.schedule.set(entry.id, times, world_ns, rig_.schedule.next_sequence(entry.id));
         // The next one's exposure begins when this one's is over.
         const auto& sensor = entry.spec().sensor;
         rig_.schedule.set_stride(

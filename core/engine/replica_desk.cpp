@@ -78,7 +78,8 @@ void ReplicaDesk::set_clock(TimeNs world_ns, TimeNs monotonic_ns) {
 Result<GetDigest::Reply> ReplicaDesk::run(GetDigest& command) {
     const world::World& world = world_.world_of_now();
     GetDigest::Reply reply;
-    reply.world_ns = state_.world_now_ns(monotonic_now_ns());
+    // The clock has gone on since the world was brought there.
+    reply.world_ns = std::min(state_.world_now_ns(monotonic_now_ns()), world.last_step_ns());
     reply.world = world.state_hash();
     reply.state_ns = reply.world.world_ns;
     if (command.with_parts) reply.parts = world.digests();

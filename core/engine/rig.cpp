@@ -249,6 +249,8 @@ Result<WorldState> Rig::run(PauseWorld&) {
     // An instant that is due and has not begun is still to come.
     if (clock.running())
         clock.hold(std::min(state_.world_now_ns(monotonic_now_ns()), state_.schedule.next_due_ns() - 1));
+    cameras_.show_waiting_changes();
+    state_.drawing->finish();
     return world_state();
 }
 

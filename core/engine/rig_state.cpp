@@ -6,6 +6,7 @@
 
 #include "core/base/clock.h"
 #include "core/fault/picture.h"
+#include "core/fault/sending.h"
 #include "core/world/backdrop/backdrop.h"
 
 namespace camrig::engine {
@@ -111,8 +112,11 @@ DueViews RigState::picture_of(const CameraEntry& entry) const {
 
 frame::PixelFormats RigState::made_of(const render::View& view, frame::PixelFormats wanted) const {
     frame::PixelFormats made;
+    // What faults change later is changed in pixels, and so is what streams send smaller.
+    const bool is_changed = (view.failing && view.failing->faults) ||
+                            (view.faults && fault::other_size(*view.faults, "mjpeg", view.spec->size));
     for (const frame::PixelFormat format : frame::color_formats) {
-        const bool is_made = !(view.failing && view.failing->faults) && drawing->makes(format, view);
+        const bool is_made = !is_changed && drawing->makes(format, view);
         if (wanted.contains(format)) made.add(is_made ? format : frame::PixelFormat::rgba8);
     }
     return made;

@@ -42,6 +42,7 @@ public:
     TimeNs next_due_ns() const;
     TimeNs next_due_ns(CameraId camera) const;
     std::int64_t next_sequence(CameraId camera) const;
+    const camera::ExposureTimes& times(CameraId camera) const { return entries_.at(camera).times; }
 
     /// The cameras due exactly at world_ns, in the order of their ids; they move on to their next frame.
     std::vector<Due> take(TimeNs world_ns);

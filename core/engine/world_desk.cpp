@@ -129,7 +129,12 @@ Result<Applied> WorldDesk::run(RemoveEvent& command) {
 
 Result<Applied> WorldDesk::run(Act& command) {
     world::World& world = world_of_now();
-    if (auto done = world.act(command.actions); !done) return std::unexpected(done.error());
+    const auto done = world.act(command.actions);
+    // At once, also where the world stands: who waits for events is woken, and cameras have what was done to them. Of
+    // actions of which one failed those before it are done.
+    collect();
+    move_cameras(rig_.world_now_ns(monotonic_now_ns()));
+    if (!done) return std::unexpected(done.error());
     return Applied{world.last_step_ns()};
 }
 

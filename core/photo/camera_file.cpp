@@ -156,13 +156,14 @@ Result<KnownCamera> parse_fspy(const std::string& text) {
     point.required("x", relative.x);
     point.required("y", relative.y);
     if (auto done = point.finish(); !done) return std::unexpected(done.error());
-    const auto k = camera::intrinsics_from_hfov(camera.size, hfov);
+    // All of it is of the longer side, also of upright photos: the angle is across it, and the principal point has -1
+    // to 1 along it, y up, from the middle.
+    const int longer = std::max(camera.size.width, camera.size.height);
+    const auto k = camera::intrinsics_from_hfov({longer, longer}, hfov);
     if (!k) return camrig::at("horizontalFieldOfView", k.error());
     camera.intrinsics = *k;
-    // -1 to 1 along the longer side, y up, from the middle.
-    const double half = 0.5 * std::max(camera.size.width, camera.size.height);
-    camera.intrinsics.cx += half * relative.x;
-    camera.intrinsics.cy -= half * relative.y;
+    camera.intrinsics.cx = 0.5 * (camera.size.width - 1 + longer * relative.x);
+    camera.intrinsics.cy = 0.5 * (camera.size.height - 1 - longer * relative.y);
     const auto matrix = read_rows(*transform, "cameraTransform");
     if (!matrix) return std::unexpected(matrix.error());
     // Its camera looks along -z, with y up: the optical frame turned about x.

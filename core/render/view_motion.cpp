@@ -201,7 +201,10 @@ MovedPixels moved_pixels(const ViewMotion& motion, const View& view, const frame
             }
             way = std::max(way, way_of(at));
         }
-        const bool touches = low.x < size.width && low.y < size.height && high.x >= 0.0 && high.y >= 0.0;
+        // Of what is partly behind the camera nobody can tell where the rest of it shows.
+        const bool touches =
+            low.x <= high.x &&
+            (!is_seen_whole || (low.x < size.width && low.y < size.height && high.x >= 0.0 && high.y >= 0.0));
         if (touches) moved.most = std::max(moved.most, way);
         moved.movers.push_back({.id = id,
                                 .px = touches ? way : 0.0,

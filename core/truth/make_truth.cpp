@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/camera/camera_model.h"
+#include "core/camera/lens_traits.h"
 #include "core/fault/mask.h"
 #include "core/truth/id_census.h"
 #include "core/truth/posed_object.h"
@@ -127,7 +128,8 @@ private:
     std::optional<PixelBox> reach_of(const ProjectedBox& box) const;
     double truncation_of(const ProjectedBox& box) const;
     std::vector<Keypoint> keypoints_of(const world::Instance& instance);
-    KeypointVisibility visibility_of(const Keypoint& point, double depth_m, double tolerance_m, ObjectId id) const;
+    KeypointVisibility visibility_of(const Keypoint& point, const glm::dvec3& seen, double tolerance_m,
+                                     ObjectId id) const;
     void account(ObjectTruth& truth, const frame::Silhouette& alone) const;
 
     const TruthView& view_;
@@ -275,13 +277,12 @@ std::vector<Keypoint> TruthMaker::keypoints_of(const world::Instance& instance) 
         point.has_pixel = pixel.has_value();
         if (!pixel) continue;
         point.pixel = *pixel;
-        point.visibility =
-            visibility_of(point, seen.z, keypoint_tolerance_m(index) * instance.scale, instance.info->id);
+        point.visibility = visibility_of(point, seen, keypoint_tolerance_m(index) * instance.scale, instance.info->id);
     }
     return points;
 }
 
-KeypointVisibility TruthMaker::visibility_of(const Keypoint& point, double depth_m, double tolerance_m,
+KeypointVisibility TruthMaker::visibility_of(const Keypoint& point, const glm::dvec3& seen, double tolerance_m,
                                              ObjectId id) const {
     if (!camera_.in_image(point.pixel)) return KeypointVisibility::outside;
     const ImageSize size = camera_.size();
@@ -290,8 +291,17 @@ KeypointVisibility TruthMaker::visibility_of(const Keypoint& point, double depth
     const int y = std::min(static_cast<int>(std::floor(point.pixel.y + 0.5)), size.height - 1);
     const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(size.width) + static_cast<std::size_t>(x);
     const bool is_own = ids_of(*pictures_.instance)[i] == static_cast<std::uint32_t>(id);
-    const double hides_m = depth_m - (is_own ? tolerance_m : 0.0);
-    return depths_of(*pictures_.depth)[i] >= hides_m ? KeypointVisibility::visible : KeypointVisibility::occluded;
+    double point_m = seen.z, shown_m = depths_of(*pictures_.depth)[i];
+    // Depth is along the axis: beside a camera that sees so far it says little of what is nearer, and behind it the
+    // opposite.
+    if (sees_behind(camera_.lens().lens().model) && std::isfinite(shown_m)) {
+        const auto ray = camera_.ray({x, y});
+        const bool is_told = ray && std::abs(ray->z) > 1e-6 * glm::length(*ray);
+        point_m = glm::length(seen);
+        shown_m = is_told ? shown_m / ray->z * glm::length(*ray) : point_m;
+    }
+    const double hides_m = point_m - (is_own ? tolerance_m : 0.0);
+    return shown_m >= hides_m ? KeypointVisibility::visible : KeypointVisibility::occluded;
 }
 
 void TruthMaker::account(ObjectTruth& truth, const frame::Silhouette& alone) const {

@@ -145,7 +145,7 @@ void SceneWorld::see_crowd() {
     groups_.clear();
     for (const auto& mover : movers_) {
         if (auto body = mover->body(scene_->step_ns)) bodies.push_back(*body);
-        if (const auto* group = std::get_if<GroupBehaviour>(&mover->spec)) groups_[group->group].push_back(mover->id());
+        if (const std::string* group = mover->behaviour->group()) groups_[*group].push_back(mover->id());
     }
     crowd_.assign(std::move(bodies));
 }

@@ -195,6 +195,8 @@ void SceneWorld::put_down(Mover& mover, const std::optional<glm::dvec3>& positio
         now.position = place;
         now.orientation = turned_to(yaw) * glm::inverse(mover.heading_from_model);
     });
+    // A route says where its actor is at any time: it goes there from where it was put, and does not fly.
+    if (mover.is_actor && places_actor(mover.spec)) behave(mover, BehaviourSpec(mover.spec));
 }
 
 Mover* SceneWorld::as_mover(const std::string& object) {

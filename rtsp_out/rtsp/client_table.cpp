@@ -6,6 +6,7 @@
 #include <sys/socket.h>
 
 #include "core/base/clock.h"
+#include "rtsp_out/rtsp/media_feed.h"
 #include "rtsp_out/rtsp/rtsp_mount.h"
 #include "rtsp_out/rtsp/tcp_reader.h"
 
@@ -164,6 +165,8 @@ void ClientTable::add(GstRTSPClient* client) {
     g_signal_connect(client, "pre-setup-request", G_CALLBACK(ask), this);
     g_signal_connect(client, "setup-request", G_CALLBACK(on_setup), this);
     g_signal_connect(client, "play-request", G_CALLBACK(on_play), this);
+    for (const char* rest : {"pause-request", "teardown-request"})
+        g_signal_connect(client, rest, G_CALLBACK(on_rest), this);
     g_signal_connect(client, "send-message", G_CALLBACK(on_answer), this);
 }
 
@@ -241,14 +244,25 @@ void ClientTable::on_setup(GstRTSPClient* client, GstRTSPContext* context, void*
     }
 }
 
-void ClientTable::on_play(GstRTSPClient* client, GstRTSPContext* context, void*) {
+void ClientTable::on_play(GstRTSPClient* client, GstRTSPContext* context, void* table) {
     if (const auto feed = RtspMount::feed_of(context->media)) {
-        feed->client_plays();
+        auto& clients = static_cast<ClientTable*>(table)->clients_;
+        if (const auto found = clients.find(client); found != clients.end()) found->second.plays.insert(feed);
+        feed->client_plays(client);
         if (is_tcp(gst_rtsp_session_media_get_transport(context->sessmedia, 0)))
             feed->add_tcp_reader(gst_rtsp_connection_get_write_socket(gst_rtsp_client_get_connection(client)));
         const char* peer = gst_rtsp_connection_get_ip(gst_rtsp_client_get_connection(client));
         spdlog::info("rtsp: {} plays {}", peer ? peer : "somebody", feed->path());
     }
+}
+
+void ClientTable::on_rest(GstRTSPClient* client, GstRTSPContext* context, void* table) {
+    const auto feed =
+        RtspMount::feed_of(context->sessmedia ? gst_rtsp_session_media_get_media(context->sessmedia) : nullptr);
+    if (!feed) return;
+    auto& clients = static_cast<ClientTable*>(table)->clients_;
+    if (const auto found = clients.find(client); found != clients.end()) found->second.plays.erase(feed);
+    feed->client_rests(client, gst_rtsp_connection_get_write_socket(gst_rtsp_client_get_connection(client)));
 }
 
 void ClientTable::on_closed(GstRTSPClient* client, void* table) {
@@ -259,6 +273,8 @@ void ClientTable::on_closed(GstRTSPClient* client, void* table) {
     CHECK(found != self->clients_.end());
     if (const std::string& broken = found->second.guard->broken; !broken.empty())
         self->log(found->second.address, "closed: it sent " + broken);
+    for (const auto& played : found->second.plays)
+        if (const auto feed = played.lock()) feed->client_rests(client, nullptr);
     if (found->second.is_sent_to)
         self->departed_.push_back(
             {GObjectHandle<GstRTSPClient>(GST_RTSP_CLIENT(g_object_ref(client))), monotonic_now_ns()});

@@ -3,6 +3,7 @@
 #include <deque>
 #include <functional>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@
 #include "rtsp_out/rtsp/rtsp_options.h"
 
 namespace camrig::rtsp {
+
+class MediaFeed;
 
 /// The RTSP connections: limits on their number, their socket options, the paths that each has requested, and closing
 /// them. A stranger is a client that has not authenticated yet or, where no token is set, has set up no stream yet.
@@ -71,6 +74,7 @@ private:
         std::set<std::string> paths;
         std::string reason;       ///< for the answer being made
         bool is_sent_to = false;  ///< pictures over its connection
+        std::set<std::weak_ptr<MediaFeed>, std::owner_less<>> plays;
     };
     using Clients = std::map<GstRTSPClient*, Client>;
 
@@ -86,6 +90,7 @@ private:
     GstRTSPStatusCode on_ask(GstRTSPClient* client, const GstRTSPContext* context);
     static void on_closed(GstRTSPClient* client, void* table);
     static void on_play(GstRTSPClient* client, GstRTSPContext* context, void* table);
+    static void on_rest(GstRTSPClient* client, GstRTSPContext* context, void* table);
     static void on_setup(GstRTSPClient* client, GstRTSPContext* context, void* table);
     static void on_answer(GstRTSPClient* client, GstRTSPContext* context, GstRTSPMessage* answer, void* table);
 

@@ -124,7 +124,7 @@ Result<void> MediaFeed::write(const stream::MediaUnit& unit) {
     auto pending = std::make_shared<PendingPicture>();
     pending->info = unit.info;
     pending->stats = stats_;
-    if (playing_) pending->hold = hold_if(unit.latch, "RTSP readers of " + options_.path);
+    if (!players_.empty()) pending->hold = hold_if(unit.latch, "RTSP readers of " + options_.path);
     push(unit, *stamp_ns, std::move(pending));
     return {};
 }
@@ -198,13 +198,23 @@ std::optional<NalCodec> MediaFeed::nal_codec() const {
     return options_.codec;
 }
 
-void MediaFeed::client_plays() {
+void MediaFeed::client_plays(const GstRTSPClient* client) {
     request_key_frame(encoder_.get());
     const TimeNs now_ns = monotonic_now_ns();
     std::lock_guard lock(mutex_);
-    playing_ = true;
+    players_.insert(client);
     if (is_held_back_) return;
     if (const auto stamp_ns = stamps_.of_join(now_ns)) push(stream::MediaUnit(*last_), *stamp_ns, nullptr);
+}
+
+void MediaFeed::client_rests(const GstRTSPClient* client, GSocket* socket) {
+    if (socket) tcp_readers_.remove(socket);
+    {
+        std::lock_guard lock(mutex_);
+        players_.erase(client);
+        if (!players_.empty()) return;
+    }
+    on_way_.clear();  // nobody is sent these
 }
 
 bool MediaFeed::tcp_readers_take() {

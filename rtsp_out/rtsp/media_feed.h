@@ -4,7 +4,10 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
+
+#include <gst/rtsp-server/rtsp-server.h>
 
 #include "core/stream/frame_bus.h"
 #include "rtsp_out/rtsp/packet_faults.h"
@@ -54,9 +57,12 @@ public:
 
     /// A client has begun to play (RTSP PLAY): requests a key frame, sends the last picture again if none is due soon,
     /// and makes pictures hold their latch from here on.
-    void client_plays();
+    void client_plays(const GstRTSPClient* client);
     /// Adds the connection of a client that plays over TCP.
     void add_tcp_reader(GSocket* socket) { tcp_readers_.add(socket); }
+    /// It has paused, or does not want the stream any more (RTSP PAUSE, TEARDOWN), or is gone: nothing waits for it.
+    /// `socket`: its connection, if that is there.
+    void client_rests(const GstRTSPClient* client, GSocket* socket);
     /// Whether packets may be sent to the TCP clients. Not while the socket of every one of them is full: that would
     /// block the pipeline, and its UDP clients too. In lockstep always: there the step waits. Streaming thread.
     bool tcp_readers_take();
@@ -108,7 +114,7 @@ private:
     std::mutex mutex_;  ///< guards what follows
     bool started_ = false;
     bool stopped_ = false;
-    bool playing_ = false;
+    std::set<const GstRTSPClient*> players_;
     bool lockstep_ = false;
     bool is_held_back_ = false;                         ///< a fault keeps pictures from it
     std::shared_ptr<const fault::FrameFaults> faults_;  ///< of the newest picture

@@ -6,8 +6,17 @@
 namespace camrig::rtsp {
 
 void TcpReaders::add(GSocket* socket) {
+    remove(socket);
     std::lock_guard lock(mutex_);
     sockets_.emplace_back(socket);
+}
+
+void TcpReaders::remove(GSocket* socket) {
+    std::lock_guard lock(mutex_);
+    std::erase_if(sockets_, [socket](GObjectWeak& one) {
+        const auto there = one.lock<GSocket>();
+        return !there || there.get() == socket;
+    });
 }
 
 TcpReaders::Takes TcpReaders::take() {

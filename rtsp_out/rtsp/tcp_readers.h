@@ -14,7 +14,9 @@ class TcpReaders {
 public:
     enum class Takes { no, yes, yes_again };  ///< yes_again: the first yes after a no, so packets were left out
 
+    /// One that is there already stays.
     void add(GSocket* socket);
+    void remove(GSocket* socket);
     /// Whether any socket is writable. Yes where there is none.
     Takes take();
 

@@ -1,5 +1,7 @@
 """The twelve functional actions that a multi-camera simulator must be able to do, each through a real rig."""
 
+import concurrent.futures
+import time
 import urllib.request
 
 import cv2
@@ -9,6 +11,43 @@ import pytest
 import camrig
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+
+
+def test_what_is_done_while_the_world_stands_is_there_at_once(rig):
+    cam = rig.create_camera("c", size=(64, 48), position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    last = rig.call("event.wait", since=0, timeout_s=0)["last"]
+    with concurrent.futures.ThreadPoolExecutor(1) as aside, camrig.connect(control=rig.call("server.info")["control"]) as second:
+        told = aside.submit(second.call, "event.wait", since=last, timeout_s=30)
+        time.sleep(0.2)  # it waits; were it to come later, it would be answered from the log
+        rig.call("event.act", do=[{"action": "user", "data": {"n": 1}}, {"action": "camera", "camera": "c", "pose": {"position": [1, 2, 3], "look_at": [0, 0, 0]}}])
+        begun = time.monotonic()
+        assert [event["data"] for event in told.result(20)["events"]] == [[{"n": 1}]] and time.monotonic() - begun < 20
+    assert cam.get()["pose"]["position"] == [1, 2, 3]
+    rig.call("event.act", do=[{"action": "camera", "camera": "c", "pose": {"position": [3, 2, 1], "look_at": [0, 0, 0]}}])
+    cam.delete()
+    again = rig.create_camera("c", size=(64, 48), position=(5, 5, 5), look_at=(0, 0, 0.5))
+    rig.step(seconds=0.1)
+    assert again.get()["pose"]["position"] == [5, 5, 5], "what was done to the camera of that name before is not done to it"
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
+def test_a_change_that_a_pause_overtakes_shows_in_the_paused_world(rig):
+    cam = rig.create_camera("c", size=(64, 48), fps="1/10", position=(3, 2, 1.5), look_at=(0, 0, 0.5))
+    before = cam.frame().image
+    cam.set(position=(0, 0, 9), look_at=(0.1, 0, 0))
+    rig.pause()
+    assert (cam.frame(timeout=5).image != before).any() and cam.truth()["pose"]["position"] == [0, 0, 9]
+
+
+@pytest.mark.camrig(scene="scenes/crowd.json", mode="realtime")
+def test_the_digest_of_a_world_that_runs_is_always_answered(rig):
+    for camera in rig.cameras():
+        camera.delete()  # now the world is brought on by who asks
+    times = []
+    for _ in range(300):
+        times.append(rig.call("world.digest")["world_ns"])
+        time.sleep(0.013)  # a step and a bit: each finds the world behind
+    assert times == sorted(times)
 
 
 def test_connect(rig):

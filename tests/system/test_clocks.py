@@ -321,6 +321,17 @@ def test_stamps_of_a_device_are_what_truth_says_when_jitter_is_larger_than_the_p
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_an_event_that_gives_a_camera_another_clock_moves_its_exposures_too(rig):
+    cam = rig.create_camera("cam", size=(64, 48), fps=10, place="main")
+    rig.add_event("late", {"at_s": 0.45}, [{"action": "camera", "camera": "cam", "clock": {"phase_ns": 13_000_000}}])
+    shown = []
+    for _ in range(9):
+        rig.step(seconds=0.1)
+        shown.append(cam.frame().time_ns // 10**6)
+    assert shown == [100, 200, 300, 400, 500, 513, 613, 713, 813]
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
 def test_events_set_a_clock_as_often_as_somebody_would(rig):
     cam = rig.create_camera("desk", size=(160, 120), fps=10)
     offsets = {0.3: 3600 * 10**9, 0.6: -2 * 10**9, 0.9: 5}

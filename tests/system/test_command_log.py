@@ -3,9 +3,11 @@
 import itertools
 import json
 import os
+import pathlib
 import random
 import shutil
 import signal
+import socket
 import threading
 import time
 
@@ -216,6 +218,32 @@ def test_a_log_of_another_world_is_refused(tmp_path):
     log.write_text(log.read_text() + "nonsense\n")
     with pytest.raises(camrig.CamrigError, match="line 2"):
         start("minimal", mode="lockstep", args=["--replay", str(log)])
+
+
+def test_a_rig_that_never_served_leaves_its_log_as_it_was(tmp_path):
+    log, branch = tmp_path / "commands.log", tmp_path / "branch.log"
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        no_port = {"mode": "lockstep", "http": taken.getsockname()[1]}
+        with pytest.raises(camrig.CamrigError, match="in use"):
+            start("minimal", args=["--log", str(log)], **no_port)
+        with start("minimal", mode="lockstep", args=["--log", str(log)]) as rig:
+            rig.step(seconds=0.1)
+            saved = pathlib.Path(rig.save("it")["file"])
+        kept = saved.read_bytes()
+        for file in (branch, saved):
+            with pytest.raises(camrig.CamrigError, match="in use"):
+                start("minimal", args=["--replay", str(saved), "--log", str(file)], **no_port)
+            with pytest.raises(camrig.CamrigError, match="is of another world"):
+                start("minimal", mode="lockstep", seed=7, args=["--replay", str(saved), "--log", str(file)])
+        assert saved.read_bytes() == kept and branch.read_bytes() == b""
+        with start("minimal", mode="lockstep", args=["--replay", str(saved), "--log", str(branch)]):
+            assert kept.startswith(branch.read_bytes()) and branch.read_bytes()
+
+
+def test_what_hinders_a_save_is_said_to_clients_of_the_network_too():
+    with start("hall", mode="lockstep", tcp=0) as rig, camrig.connect(host="127.0.0.1", port=rig.info()["tcp"]) as far:
+        with pytest.raises(camrig.CamrigError, match="keeps no log"):
+            far.save("it")
 
 
 def test_a_held_world_stands_at_its_limit_and_catches_up():

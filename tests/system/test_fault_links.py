@@ -323,8 +323,13 @@ def iter_parts(stream):
             return
 
 
-@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
-def test_a_picture_of_another_size_reaches_the_stream_and_nobody_else(rig):
+@pytest.mark.parametrize("args", [(), ("--device", "llvmpipe", "--convert-on", "device")])
+def test_a_picture_of_another_size_reaches_the_stream_and_nobody_else(scenes, args):
+    with camrig.start(str(scenes / "hall.json"), mode="lockstep", args=args) as rig:
+        check_other_size(rig)
+
+
+def check_other_size(rig):
     cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby")
     rig.step(seconds=0.2)
     rig.fault.set("desk", "other_size", share=0.5, output="mjpeg")

@@ -26,6 +26,20 @@ def check_one_instant(got):
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_pictures_by_png_have_the_units_of_raw_ones(rig):
+    camera = rig.create_camera("left", look_at=(12, 9, 1), **PAIR)
+    raw, png = (camera.frame(kind="depth", format=way).image for way in ("raw", "png"))
+    shown = raw < 65.5
+    assert png.dtype == np.float32 and shown.any()
+    np.testing.assert_allclose(png[shown], raw[shown], rtol=0, atol=0.00051)  # whole millimetres
+    assert np.isinf(png[np.isinf(raw)]).all()
+    for kind in ("instance", "semantic"):
+        raw, png = (camera.frame(kind=kind, format=way).image for way in ("raw", "png"))
+        assert png.dtype == np.uint32
+        np.testing.assert_array_equal(png, raw)
+
+
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
 def test_a_grab_in_lockstep_is_of_the_instant_at_which_the_world_stands(rig):
     cameras = [rig.create_camera(name, fps=fps, look_at=(12, 9 + fps / 10, 1), **PAIR) for name, fps in (("left", 10), ("right", 4))]
     rig.step(seconds=0.5)

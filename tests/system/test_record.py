@@ -49,6 +49,16 @@ def recorded(tmp_path_factory):
     return folder, done, picture, truth
 
 
+def test_instants_that_a_long_exposure_leaves_out_are_no_frames(tmp_path):
+    with camrig.start(REPOSITORY / "scenes" / "minimal.json", mode="lockstep") as rig:
+        for cam in rig.cameras():
+            cam.delete()
+        rig.create_camera("slow", place="main", size=(64, 48), fps=10, sensor={"exposure_s": 0.25, "dynamic_framerate": True})
+        done = rig.record(tmp_path / "set", seconds=2)
+    times = [truth["time_ns"] // 10**6 for truth in journal(tmp_path / "set" / "slow")]
+    assert done["frames"] == len(times) >= 6 and [b - a for a, b in zip(times[1:], times[2:])] == [300] * (len(times) - 2)
+
+
 def test_every_due_frame_of_every_camera_is_there(recorded):
     folder, done, picture, truth = recorded
     assert done["frames"] == 7 + 3 and sorted(done["cameras"]) == ["fast", "slow"]

@@ -232,6 +232,44 @@ def test_a_moved_camera_moves_in_the_bag_from_its_instant_on(rig, tmp_path):
 
 
 @pytest.mark.camrig(**MINIMAL)
+@pytest.mark.parametrize("raw", [(), ("--raw",)])
+def test_poses_and_lenses_of_a_camera_on_its_way_are_those_of_the_instant(rig, tmp_path, raw):
+    camera = rig.create_camera("cam", size=(64, 48), fps=10, vfov_deg=60, position=(-5, 0, 2), look_at=(0, 0, 0))
+    camera.set(position=(-4, 1, 3), vfov_deg=30, seconds=2)
+    record(rig, tmp_path / "bag", "--cameras", "cam", "--seconds", 1, *raw)
+    found = messages(tmp_path / "bag")
+    positions = [m.transforms[0].transform.translation for m in found["/tf"]]
+    now = camera.get()
+    assert len(positions) == 10 and now["world_pose"]["position"][0] < -4.1
+    assert [positions[-1].x, positions[-1].y, positions[-1].z] == now["world_pose"]["position"]
+    focal = [m.k[4] for m in found["/cam/camera_info"]]
+    assert focal[-1] == now["shown_intrinsics"]["fy"] and len(set(focal)) == 10
+    assert len({p.x for p in positions}) == 10
+
+
+@pytest.mark.camrig(**MINIMAL)
+@pytest.mark.parametrize("raw", [(), ("--raw",)])
+def test_a_camera_whose_clock_is_its_own_is_recorded_at_its_own_instants(rig, tmp_path, raw):
+    rig.create_camera("cam", size=(64, 48), fps=10, place="main", clock={"phase_ns": 7_000_000})
+    rig.create_camera("other", size=(64, 48), fps=10, place="main")
+    record(rig, tmp_path / "bag", "--seconds", 0.3, "--cameras", "cam,other", *raw)
+    found = messages(tmp_path / "bag")
+    assert [stamp_ns(m.header) for m in found["/cam/camera_info"]] == [7_000_000, 107_000_000, 207_000_000]
+    assert [stamp_ns(m.header) for m in found["/other/camera_info"]] == [100_000_000, 200_000_000, 300_000_000]
+
+
+@pytest.mark.camrig(**MINIMAL)
+@pytest.mark.parametrize("fault, raw", [("drop", ()), ("drop", ("--raw",)), ("stall", ()), ("late", ())])
+def test_frames_that_a_fault_keeps_back_are_missing_and_end_no_recording(rig, tmp_path, fault, raw):
+    rig.create_camera("cam", size=(64, 48), fps=10, place="main")
+    rig.fault.set("cam", fault, end_s=0.55, **({"probability": 1} if fault == "drop" else {}))
+    summary = record(rig, tmp_path / "bag", "--cameras", "cam", "--seconds", 1, *raw)
+    stamps = [stamp_ns(m.header) // 10**8 for m in messages(tmp_path / "bag")["/cam/camera_info"]]
+    assert stamps[-5:] == [6, 7, 8, 9, 10] and summary["frames"]["cam"] == len(stamps)
+    assert summary["missing"]["cam"] == 10 - len(stamps) and (len(stamps) == 5 or fault == "late")  # which of these come in time is the stream's
+
+
+@pytest.mark.camrig(**MINIMAL)
 def test_raw_pictures_are_exact(rig, tmp_path):
     camera = rig.create_camera("cam", size=(64, 48), fps=10, place="main")
     record(rig, tmp_path / "bag", "--cameras", "cam", "--seconds", 0.3, "--raw")

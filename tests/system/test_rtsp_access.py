@@ -89,6 +89,7 @@ def test_rtsps_with_a_certificate(scenes, tmp_path):
         port = rig.call("server.info")["rtsp"]
         done = run("ffprobe", "-v", "error", "-show_entries", "stream=codec_name", "-of", "csv=p=0", f"rtsps://127.0.0.1:{port}/main")
         assert done.returncode == 0 and done.stdout.strip() == b"h264", done.stderr.decode()
+        assert rig.camera("main").url("rtsp") == f"rtsps://127.0.0.1:{port}/main"
         gst_reads(f"rtspsrc location=rtsps://127.0.0.1:{port}/main tls-validation-flags=0 latency=0 ! rtph264depay ! identity eos-after=5 ! fakesink")
         assert run("ffprobe", "-v", "error", "-timeout", "3000000", f"rtsp://127.0.0.1:{port}/main").returncode != 0  # in the clear: nothing
 

@@ -236,8 +236,10 @@ def test_a_stopped_client_is_closed_and_its_memory_comes_back(rig, process):
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 def test_a_stopped_tcp_client_does_not_hold_udp_clients_up(rig, tmp_path):
     cam = heavy_camera(rig)
+    rests = RtspReader(cam.url("rtsp-mjpeg"))
+    rests.ask("PAUSE", rests.url)
     stuck = RtspReader(cam.url("rtsp-mjpeg"))
-    take(stuck, 1)  # the only TCP client, and it takes nothing more
+    take(stuck, 1)  # the only TCP client that plays, and it takes nothing more
     port, own_port = rig.call("server.info")["rtsp"], stuck.socket.getsockname()[1]
     received = lambda: camera_stats(rig, "heavy")["outputs"][0]["readers"][0]["delivered"]
     before = received()

@@ -13,7 +13,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
-from rtsp_client import gst_reads, read_aside, run, stepping
+from rtsp_client import RtspReader, gst_reads, read_aside, run, stepping, take
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -48,6 +48,23 @@ def test_the_sub_stream_is_smaller_and_slower_and_its_pictures_are_those_of_the_
     assert all(step % 2 == 0 for step in steps), "every second frame"
     lost = next(camera for camera in rig.stats()["cameras"] if camera["name"] == cam.name)["dropped"]  # on a busy machine
     assert sum(step // 2 - 1 for step in steps) <= lost, (steps, lost)
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_a_reader_that_has_paused_holds_no_step_up(rig):
+    cam = rig.create_camera("cam", size=(160, 120), fps=10, place="main")
+    with stepping(rig):
+        reader, other = (RtspReader(cam.url("rtsp")) for _ in range(2))
+        take(reader, 2)
+    other.ask("TEARDOWN", other.url)
+    reader.ask("PAUSE", reader.url)
+    begun = time.monotonic()
+    for _ in range(30):
+        rig.step(seconds=0.1)
+    assert time.monotonic() - begun < 20  # each that waits for a reader ends after 10 s, with an error
+    with stepping(rig):
+        reader.ask("PLAY", reader.url)
+        assert len(take(reader, 3)) == 3
 
 
 @pytest.mark.camrig(scene="hall", mode="lockstep")

@@ -4,6 +4,7 @@ import math
 import os
 import subprocess
 
+import numpy as np
 import pytest
 
 from conftest import REPOSITORY, wait_until
@@ -380,6 +381,24 @@ def test_cameras_and_actors_are_dragged_on_the_top_view(rig, page):
     wait_until(lambda: camera.get()["pose"]["position"][0] == pytest.approx(x + 0.25), what="the key")
     page.keyboard.press("PageDown")
     assert page.evaluate("document.activeElement.dataset.name") == actor["name"]
+
+
+def test_a_carried_camera_is_shown_where_it_is_and_is_not_dragged(rig, page):
+    page.wait_for_selector("#map .actor")
+    actor = rig.actors()[0]
+    rig.create_camera("carried", size=(64, 48), mount={"actor": actor["name"]}, position=(0, 0, 1), look_at=(5, 0, 1))
+    page.wait_for_selector("#map .camera[data-name=carried]")
+    page.click("#map-out")
+    one, other = (middle(page, f"#map .{kind}[data-name={name}] .body") for kind, name in (("camera", "carried"), ("actor", actor["name"])))
+    assert np.hypot(one[0] - other[0], one[1] - other[1]) < 8
+    before = rig.camera("carried").get()["pose"]
+    drag(page, "#map .camera[data-name=carried] .body", 30, -20)
+    page.focus("#map .camera[data-name=carried]")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.press("r")  # a key that does turn it, and comes after
+    wait_until(lambda: rig.camera("carried").get()["pose"] != before, what="the turn")
+    after = rig.camera("carried").get()["pose"]
+    assert after["position"] == before["position"] and after["pan_deg"] == pytest.approx(before["pan_deg"] + 5)
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")

@@ -41,10 +41,20 @@ std::string did_you_mean(const std::vector<std::string>& similar) {
     return words.empty() ? "" : "; did you mean " + words + "?";
 }
 
+/// The command that was given, and its words: "camera create".
+std::pair<const CLI::App*, std::string> command_of(const CLI::App& app) {
+    const CLI::App* innermost = &app;
+    std::string words;
+    while (!innermost->get_subcommands().empty()) {
+        innermost = innermost->get_subcommands().front();
+        words += (words.empty() ? "" : " ") + innermost->get_name();
+    }
+    return {innermost, words.empty() ? app.get_name() : words};
+}
+
 /// "A subcommand is required" does not say which word was none; this does, and lists those that are.
 std::string unknown_command(const CLI::App& app) {
-    const CLI::App* innermost = &app;
-    while (!innermost->get_subcommands().empty()) innermost = innermost->get_subcommands().front();
+    const auto [innermost, given] = command_of(app);
     const auto words = app.remaining(true);
     const auto word = std::ranges::find_if(words, [](const std::string& each) { return !each.starts_with('-'); });
     std::string commands;
@@ -53,18 +63,15 @@ std::string unknown_command(const CLI::App& app) {
         commands += (commands.empty() ? "" : ", ") + command->get_name();
         if (word != words.end() && may_mean(*word, command->get_name())) similar.push_back(command->get_name());
     }
-    const std::string problem =
-        word == words.end() ? innermost->get_name() + ": a command is missing" : "no command '" + *word + "'";
+    const std::string problem = word == words.end() ? given + ": a command is missing" : "no command '" + *word + "'";
     return problem + did_you_mean(similar) + "; there are " + commands;
 }
 
 /// A word that belongs nowhere, and the options that may be meant by it.
 std::string unexpected_word(const CLI::App& app) {
-    const CLI::App* innermost = &app;
-    while (!innermost->get_subcommands().empty()) innermost = innermost->get_subcommands().front();
+    const auto [innermost, command] = command_of(app);
     const auto words = app.remaining(true);
     const auto option = std::ranges::find_if(words, [](const std::string& each) { return each.starts_with("-"); });
-    const std::string command = innermost == &app ? "camrig" : innermost->get_name();
     if (option == words.end())
         return command + ": '" + (words.empty() ? "" : words.front()) + "' is one word more than it takes";
     const std::string name = option->substr(0, option->find('='));

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <ostream>
+#include <set>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
@@ -118,6 +119,7 @@ private:
     Result<void> hold_world();
     Result<void> let_world_go();
     Result<void> begin_dataset();
+    Result<std::set<std::string>> shown_at(TimeNs world_ns);
     Result<std::int64_t> record(Progress& progress);
     Result<void> take(const RecordedCamera& camera, TimeNs instant_ns);
     Result<std::vector<std::byte>> picture(const json& params, const json& truth);
@@ -290,6 +292,17 @@ Result<void> Recorder::begin_dataset() {
     return {};
 }
 
+/// The cameras that have a picture of this world time. A camera with a sensor that exposes for longer than a period has
+/// none at some instants of its rate.
+Result<std::set<std::string>> Recorder::shown_at(TimeNs world_ns) {
+    const auto listed = client_.call("camera.list");
+    if (!listed) return std::unexpected(listed.error());
+    std::set<std::string> shown;
+    for (const json& camera : listed->at("cameras"))
+        if (camera.at("applied_ns").get<TimeNs>() == world_ns) shown.insert(camera.at("name").get<std::string>());
+    return shown;
+}
+
 Result<std::int64_t> Recorder::record(Progress& progress) {
     if (auto begun = begin_dataset(); !begun) return std::unexpected(begun.error());
     const TimeNs start_ns = world_.at("world_ns").get<TimeNs>();
@@ -302,13 +315,15 @@ Result<std::int64_t> Recorder::record(Progress& progress) {
         if (next_ns > end_ns || (options_.frames && instants >= *options_.frames)) break;
         const auto stepped = client_.call("world.step", {{"nanoseconds", next_ns - now_ns}});
         if (!stepped) return std::unexpected(stepped.error());
+        const auto shown = shown_at(next_ns);
+        if (!shown) return std::unexpected(shown.error());
         for (const RecordedCamera& camera : cameras_) {
-            if (camera.next_due_ns(now_ns) != next_ns) continue;
+            if (!shown->contains(camera.name)) continue;
             if (auto taken = take(camera, next_ns); !taken) return std::unexpected(taken.error());
             ++frames;
         }
         now_ns = next_ns;
-        ++instants;
+        instants += shown->empty() ? 0 : 1;
         const double share = options_.frames ? static_cast<double>(instants) / static_cast<double>(*options_.frames)
                                              : static_cast<double>(now_ns - start_ns) / (seconds * 1e9);
         progress.show(share, frames);

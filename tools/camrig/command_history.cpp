@@ -88,6 +88,10 @@ Result<void> CommandHistory::begin(const ServeOptions& options, control::RpcServ
     return {};
 }
 
+void CommandHistory::undo() {
+    if (writer_) writer_->leave_as_found();
+}
+
 std::function<control::LogPlace()> CommandHistory::log() const {
     if (!writer_) return {};
     return [writer = writer_] { return writer->place(); };

@@ -19,6 +19,8 @@ public:
     void prepare(const ServeOptions& options, engine::EngineOptions& engine) const;
     /// Does again what was done, and begins to write. Before anybody else can command.
     Result<void> begin(const ServeOptions& options, control::RpcServer& rpc);
+    /// The rig is not to serve after all: the log is as if it had not been begun.
+    void undo();
     /// Empty: there is no log.
     std::function<control::LogPlace()> log() const;
 

@@ -114,6 +114,7 @@ Result<void> RigServers::open_rtsp() {
     if (!made) return std::unexpected(made.error());
     rtsp_ = std::move(*made);
     facts_.add("rtsp", rtsp_->port());
+    facts_.add("rtsp_scheme", rtsp_->scheme());
     facts_.add_connections("rtsp", [server = rtsp_.get()] { return server->counts(); });
     return {};
 }

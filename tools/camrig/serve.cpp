@@ -108,7 +108,10 @@ int run_serve(const ServeOptions& options) {
     history->prepare(options, of_rig.engine);
     // The scene is the engine's alone: another may take its place.
     auto rig = RunningRig::start(of_rig, std::move(inputs->scene));
-    if (!rig) return fail(rig.error());
+    if (!rig) {
+        history->undo();
+        return fail(rig.error());
+    }
     RigServers servers(options, *inputs, **rig, history->log());
     auto opened = history->begin(options, servers.rpc());
     if (opened) opened = servers.open();
@@ -120,6 +123,7 @@ int run_serve(const ServeOptions& options) {
     }
     servers.stop();
     (*rig)->stop();
+    if (!opened) history->undo();
     return opened ? 0 : fail(opened.error());
 }
 

@@ -106,6 +106,7 @@ void DeviceHost::end(const SessionRef& session) {
 
 void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> message) {
     thread_.check();
+    if (session->dead) return;  // its device was removed just before; the connection is closed next
     camrig_request request{};
     if (message.size() != sizeof request || session->awaits_reply) return end(session);
     std::memcpy(&request, message.data(), sizeof request);

@@ -106,7 +106,9 @@ Result<void> DeviceTree::add(int number, std::string_view camera) {
 void DeviceTree::remove(int number, std::string_view camera) {
     std::error_code ignored;
     fs::remove(root_ + "/dev/video" + std::to_string(number), ignored);
-    fs::remove(link_name(root_, camera), ignored);
+    // A camera may have another device, to which its name leads.
+    const std::string link = link_name(root_, camera);
+    if (fs::read_symlink(link, ignored).filename() == "video" + std::to_string(number)) fs::remove(link, ignored);
     fs::remove(char_link(root_, number), ignored);
     fs::remove(udev_file(root_, number), ignored);
     fs::remove_all(class_folder(root_, number), ignored);

@@ -13,7 +13,7 @@ namespace camrig::client {
 struct FrameRequest {
     std::string kind = "color";  ///< color, depth, instance, semantic, normal, sensor, flow or soiling
     std::int64_t min_ns = 0;     ///< the first frame that shows this world time or a later one; waits up to 10 s for it
-    std::string format = "raw";  ///< raw and png are exact; jpeg is color only
+    std::string format = "raw";  ///< raw is exact, png too but for depth (whole mm, to 65.535 m); jpeg is color only
     int quality = 90;            ///< of jpeg, 1 to 100
 };
 

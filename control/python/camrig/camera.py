@@ -50,7 +50,7 @@ class Camera:
     def frame(self, min_ns: int | None = None, kind: str = "color", format: str = "raw", timeout: float | None = None) -> Frame:
         """The latest due frame; with ``min_ns``, the first that shows that world time or a later one (waits for it).
 
-        ``format`` is how it travels: raw (exact), png (exact) or jpeg (smaller; color only).
+        ``format`` is how it travels: raw (exact), png (exact; depth in whole millimetres, to 65.535 m) or jpeg (smaller; color only).
         """
         return frame_of(self._frame_get(min_ns, kind, format, timeout), self.name, kind)
 

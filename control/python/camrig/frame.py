@@ -63,6 +63,14 @@ def data_of(reply: Mapping[str, Any]) -> bytes | bytearray:
         raise CamrigError("internal", f"frame.get: the answer has no sound base64 data: {problem!r}") from None
 
 
+def _decoded(data: bytes | bytearray, kind: str) -> np.ndarray:
+    """A picture from a file, in the units of Frame: a PNG has depth in whole millimetres, to 65.535 m, and 0 for what is farther."""
+    image = decode_image(data)
+    if kind == "depth":
+        return np.where(image == 0, np.inf, image / 1000).astype(np.float32)
+    return image.astype(np.uint32) if kind in ("instance", "semantic") else image
+
+
 def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
     """The frame of a frame.get reply of any format."""
     data = data_of(reply)
@@ -72,7 +80,7 @@ def frame_of(reply: Mapping[str, Any], camera: str, kind: str) -> Frame:
             width, height = (int(v) for v in reply["size"])
             image = _raw(data, str(reply.get("pixels") or _FORMAT_OF_KIND[kind]), width, height)
         else:
-            image = decode_image(data)
+            image = _decoded(data, kind)
         time_ns, monotonic_ns = int(reply["time_ns"]), int(reply["monotonic_ns"])
         return Frame(
             image=image,

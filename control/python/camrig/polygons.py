@@ -61,6 +61,8 @@ def convert(folder: Path) -> Path:
     for annotation in coco["annotations"]:
         if not annotation["segmentation"]:
             raise CamrigError("invalid_argument", f"{source} has no masks: record with --masks")
+        if isinstance(annotation["segmentation"], list):
+            continue  # an ignored region: it is a polygon already
         annotation["segmentation"] = mask_polygons(decode_mask(annotation["segmentation"]))
     target.write_text(json.dumps(coco))
     return target

@@ -263,7 +263,7 @@ class Rig:
 
     @property
     def rtsp_url(self) -> str:
-        """``rtsp://host:port``, without a slash at the end."""
+        """``rtsp://host:port``, without a slash at the end; ``rtsps`` of a rig with a certificate."""
         return self._url("rtsp")
 
     @property
@@ -294,7 +294,8 @@ class Rig:
     def _url(self, service: str) -> str:
         port = self._port(service)
         host = self._host or "127.0.0.1"
-        return f"{service}://[{host}]:{port}" if ":" in host else f"{service}://{host}:{port}"
+        scheme = self.info().get("rtsp_scheme", service) if service == "rtsp" else service
+        return f"{scheme}://[{host}]:{port}" if ":" in host else f"{scheme}://{host}:{port}"
 
     def _port(self, service: str) -> int:
         if self._ports is None:

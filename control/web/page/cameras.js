@@ -39,7 +39,8 @@ form.addEventListener('submit', (event) => {
   wish.fps = fps.value.includes('/') ? fps.value.trim() : Number(fps.value);
   if (place.value) wish.place = place.value;
   if (like) {
-    wish.pose = { position: like.pose.position, orientation: like.pose.orientation };
+    const { position, orientation } = like.mount ? like.world_pose : like.pose;
+    wish.pose = { position, orientation };
     wish.vfov_deg = Math.min(like.vfov_deg, 170);
   }
   if (device.value) wish.outputs = [{ kind: 'device', number: Number(device.value) }];

@@ -23,7 +23,7 @@ function linksOf(camera) {
   const links = [['MJPEG', mjpeg], ['OpenCV', `cv2.VideoCapture("${mjpeg}")`]];
   if (state.info?.rtsp) {
     const user = tokenAsked ? 'camrig:TOKEN@' : '';
-    links.push(['RTSP', `rtsp://${user}${location.hostname}:${state.info.rtsp}/${camera.name}`]);
+    links.push(['RTSP', `${state.info.rtsp_scheme ?? 'rtsp'}://${user}${location.hostname}:${state.info.rtsp}/${camera.name}`]);
   }
   for (const output of camera.outputs) if (output.number !== undefined) {
     const device = `/dev/video${output.number}`;

@@ -28,8 +28,12 @@ const moving = new Map();         // actors that are being put elsewhere: name -
 const toPixels = ([x, y]) => [(x - view.x) * view.scale + map.clientWidth / 2, (view.y - y) * view.scale + map.clientHeight / 2];
 const toMetres = (px, py) => [(px - map.clientWidth / 2) / view.scale + view.x, view.y - (py - map.clientHeight / 2) / view.scale];
 
+// The pose of a camera on a mount is in the frame of what carries it: it is shown where that has brought it, and goes where that goes.
+const placeOf = (camera) => (camera.mount ? camera.world_pose : poseOf(camera));
+const isCarried = (item) => item.kind === 'camera' && Boolean(state.cameras.find((one) => one.name === item.name)?.mount);
+
 function fit() {
-  const points = [...state.cameras.map((camera) => camera.pose.position), ...state.actors.slice(0, mostActors).map((actor) => actor.position)];
+  const points = [...state.cameras.map((camera) => placeOf(camera).position), ...state.actors.slice(0, mostActors).map((actor) => actor.position)];
   const xs = points.map(([x]) => x);
   const ys = points.map(([, y]) => y);
   const [left, right, low, high] = points.length ? [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)] : [-5, 5, -5, 5];
@@ -84,7 +88,7 @@ function itemOf(kind, name) {
 
 function drawCamera(camera) {
   const item = itemOf('camera', camera.name);
-  const pose = poseOf(camera);
+  const pose = placeOf(camera);
   const [x, y] = toPixels(pose.position);
   // A head turns and zooms what is seen; what is dragged is where it looks at pan 0.
   const looks = hasHead(camera) ? camera.world_pose.pan_deg : pose.pan_deg;
@@ -139,6 +143,7 @@ async function putActor(actor, [x, y]) {
 }
 
 function placeItem(item, [x, y], done) {
+  if (isCarried(item)) return;
   if (item.kind === 'camera') {
     const camera = state.cameras.find((one) => one.name === item.name);
     const pose = poseOf(camera);
@@ -181,6 +186,7 @@ map.addEventListener('pointermove', (event) => {
   held.at = toMetres(event.clientX - box.left - (held.turning ? 0 : held.dx), event.clientY - box.top - (held.turning ? 0 : held.dy));
   if (!held.turning) { placeItem(held.item, held.at, false); return; }
   const camera = state.cameras.find((one) => one.name === held.item.name);
+  if (camera.mount) return;
   const pose = poseOf(camera);
   pose.pan_deg = Math.atan2(held.at[1] - pose.position[1], held.at[0] - pose.position[0]) * 180 / Math.PI;
   moveNow(camera, pose);

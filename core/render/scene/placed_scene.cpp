@@ -17,7 +17,8 @@ bool same_objects(const world::StaticSet& a, const world::StaticSet& b) {
 }
 
 bool stands_as_then(const world::Instance& object, const world::BakedObject& then) {
-    return object.position == then.position && object.orientation == then.orientation && object.scale == then.scale;
+    return object.info->model_name == then.model && object.position == then.position &&
+           object.orientation == then.orientation && object.scale == then.scale;
 }
 
 world::MaterialLook look_of(const world::ObjectInfo& object, const PreparedPrimitive& primitive) {

@@ -1,5 +1,7 @@
 #include "core/render/software/baked_picture.h"
 
+#include <algorithm>
+
 #include "core/render/scene/light_sum.h"
 
 namespace camrig::render::software {
@@ -15,6 +17,20 @@ SampledTexture use_of(const BakedPicture& picture, const world::Primitive& primi
     return use;
 }
 
+std::shared_ptr<BakedPicture> summed(const world::BakedLightRef& of, std::vector<glm::vec3> weights) {
+    auto made = std::make_shared<BakedPicture>();
+    made->light = of;
+    const world::BakedLight& light = *of;
+    scene::LightMapSum sum = scene::sum_map(light, weights);
+    made->map.levels = {{light.size.width, light.size.height, 0}};
+    made->map.texels = std::move(sum.texels);
+    made->scale = sum.scale;
+    made->probes = scene::sum_probes(light, weights);
+    made->reflections = scene::sum_reflections(light, weights);
+    made->weights = std::move(weights);
+    return made;
+}
+
 }  // namespace
 
 std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& statics) {
@@ -24,22 +40,23 @@ std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& st
         return nullptr;
     }
     std::vector<glm::vec3> weights = scene::layer_weights(statics);
-    if (last_ != nullptr && last_->light == statics.baked_light && last_->weights == weights) return last_;
-    auto made = std::make_shared<BakedPicture>();
-    made->light = statics.baked_light;
-    const world::BakedLight& light = *made->light;
-    scene::LightMapSum sum = scene::sum_map(light, weights);
-    made->map.levels = {{light.size.width, light.size.height, 0}};
-    made->map.texels = std::move(sum.texels);
-    made->scale = sum.scale;
-    made->probes = scene::sum_probes(light, weights);
-    made->reflections = scene::sum_reflections(light, weights);
-    made->weights = std::move(weights);
-    for (const world::Instance& object : statics.objects)
+    const bool is_same_light = last_ != nullptr && last_->light == statics.baked_light && last_->weights == weights;
+    const auto has_model = [&](const world::Instance& object) {
+        return last_->models.contains(object.info->model.get());
+    };
+    if (is_same_light && std::ranges::all_of(statics.objects, has_model)) return last_;
+    // Another object may be there, or one that was hidden.
+    const auto made =
+        is_same_light ? std::make_shared<BakedPicture>(*last_) : summed(statics.baked_light, std::move(weights));
+    made->of_primitives.clear();
+    made->models.clear();
+    for (const world::Instance& object : statics.objects) {
+        if (!made->models.insert(object.info->model.get()).second) continue;
         for (const world::Mesh& mesh : object.info->model->meshes)
             for (const world::Primitive& primitive : mesh.primitives)
                 if (!primitive.light_coordinates.empty())
                     made->of_primitives.try_emplace(&primitive, use_of(*made, primitive));
+    }
     last_ = made;
     return made;
 }

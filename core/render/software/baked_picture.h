@@ -4,6 +4,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "core/render/scene/reflections.h"
 #include "core/render/software/software_model.h"
@@ -20,6 +21,7 @@ struct BakedPicture {
     std::vector<world::LightProbe> probes;
     scene::ReflectionMaps reflections;
     std::map<const world::Primitive*, SampledTexture> of_primitives;  ///< the map, with the coordinates of each
+    std::set<const world::Model*> models;                             ///< of which those are all
 };
 
 /// The last of them, made when a picture of quality beautiful needs it. Thread: any.

@@ -76,6 +76,7 @@ inline bool is_before(const BakedSurface& a, const BakedSurface& b) {
 /// An object as it stood then. Elsewhere it has no light of the map.
 struct BakedObject {
     std::string name;
+    std::string model;  ///< the scene's name of it; another one under this name has other charts
     glm::dvec3 position{0.0};
     glm::dquat orientation{1.0, 0.0, 0.0, 0.0};
     double scale = 1.0;

@@ -123,6 +123,7 @@ private:
             object.orientation = {orientation[3], orientation[0], orientation[1], orientation[2]};
             const BakedModel* const model = item.ok() ? model_of(object.name) : nullptr;
             if (item.ok() && model == nullptr) item.fail("name", "the scene has no such object of a model in here");
+            if (model != nullptr) object.model = model->name;
             for (const json& given : item.array("surfaces", 1 << 20)) {
                 if (!item.ok()) break;
                 if (!are_counts(given, 4, 1 << 30)) {

@@ -97,6 +97,8 @@ public:
     virtual bool gives_way() const { return false; }
     /// Nothing: a disc of the actor's radius.
     virtual std::optional<Footprint> footprint() const { return std::nullopt; }
+    /// The group in which it stands or to which it walks; null: none.
+    virtual const std::string* group() const { return nullptr; }
 };
 
 /// The clip at a clip time that may be anything: wrapped into the clip's duration, in integers.

@@ -32,6 +32,7 @@ public:
     bool arrived() const override { return done_; }
     bool gives_way() const override { return now_->gives_way(); }
     std::optional<Footprint> footprint() const override { return now_->footprint(); }
+    const std::string* group() const override { return now_->group(); }
 
 private:
     void begin(const StepContext& context, ActorState& state);

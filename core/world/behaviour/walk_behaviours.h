@@ -87,7 +87,7 @@ public:
     }
     bool arrived() const override { return walker_.arrived(); }
     bool gives_way() const override { return true; }
-    const std::string& group() const { return group_.group; }
+    const std::string* group() const override { return &group_.group; }
 
 private:
     Walker walker_;

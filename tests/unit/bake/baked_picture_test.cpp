@@ -92,6 +92,30 @@ TEST(BakedPicture, AFloorHasTheLightOfItsMap) {
     }
 }
 
+TEST(BakedPicture, AnObjectThatWasHiddenHasItsMapAgain) {
+    auto world = world::World::create(with_light(scene_of(yard, sky)), 1).value();
+    Eye eye, other;
+    ASSERT_TRUE(world->change_object({.name = "floor", .hidden = true}));
+    eye.draw(world->snapshot(0));
+    ASSERT_TRUE(world->change_object({.name = "floor", .hidden = false}));
+    const auto shown = world->snapshot(0);
+    EXPECT_EQ(bytes_of(eye.draw(shown)), bytes_of(other.draw(shown)));
+}
+
+TEST(BakedPicture, AnotherModelInAnObjectsPlaceHasNotItsLight) {
+    const auto drawn = [scene = with_light(scene_of(yard, sky))](const std::string& name) {
+        auto world = world::World::create(scene, 1).value();
+        EXPECT_TRUE(world->remove_object("floor"));
+        world::ObjectSpec wall = scene->objects[1];
+        wall.name = name;
+        wall.position = scene->objects[0].position;
+        EXPECT_TRUE(world->spawn_object(wall));
+        Eye eye;
+        return bytes_of(eye.draw(world->snapshot(0)));
+    };
+    EXPECT_EQ(drawn("floor"), drawn("another"));
+}
+
 TEST(BakedPicture, OnlyBeautifulLooksAtIt) {
     const auto plain = scene_of(yard, sky);
     const auto scene = with_light(plain);

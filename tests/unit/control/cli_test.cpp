@@ -495,7 +495,7 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
 
 TEST_F(Cli, AnOptionThatIsNoneIsNamedWithWhatItMayHaveMeant) {
     EXPECT_THAT(at_rig({"camera", "create", "a", "--vfov", "60"}).err,
-                AllOf(HasSubstr("create: no option --vfov"), HasSubstr("did you mean --vfov-deg?")));
+                AllOf(HasSubstr("camera create: no option --vfov"), HasSubstr("did you mean --vfov-deg?")));
     EXPECT_THAT(at_rig({"camera", "create", "a", "--siez", "1x1"}).err,
                 AllOf(HasSubstr("no option --siez"), HasSubstr("did you mean --size?")));
     EXPECT_THAT(at_rig({"camera", "create", "a", "--colour", "1x1"}).err,
@@ -503,7 +503,7 @@ TEST_F(Cli, AnOptionThatIsNoneIsNamedWithWhatItMayHaveMeant) {
     EXPECT_THAT(at_rig({"camrea", "list"}).err, HasSubstr("no command 'camrea'; did you mean camera?; there are "));
     EXPECT_THAT(at_rig({"exec", "v4l2-ctl", "-d", "/dev/video0"}).err,
                 HasSubstr("no option -d of its own; the program and its options come after --"));
-    EXPECT_THAT(at_rig({"camera", "get", "a", "b"}).err, HasSubstr("get: 'b' is one word more"));
+    EXPECT_THAT(at_rig({"camera", "get", "a", "b"}).err, HasSubstr("camera get: 'b' is one word more"));
 }
 
 TEST_F(Cli, ARateThatIsNoneIsNamedOnce) {

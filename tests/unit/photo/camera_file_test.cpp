@@ -63,6 +63,18 @@ TEST(CameraFile, FspysCameraLooksAlongMinusZ) {
     EXPECT_FALSE(parse_fspy("{}"));
 }
 
+TEST(CameraFile, FspysAngleIsAcrossTheLongerSide) {
+    const auto camera = parse_fspy(
+        R"({"principalPoint": {"x": 0.1, "y": -0.05}, "imageWidth": 600, "imageHeight": 1000, "horizontalFieldOfView": )" +
+        std::to_string(2.0 * std::atan(0.8)) +
+        R"(, "cameraTransform": {"rows": [[1,0,0,1],[0,0,-1,-5],[0,1,0,2],[0,0,0,1]]}})");
+    ASSERT_TRUE(camera) << camera.error().message;
+    EXPECT_NEAR(camera->intrinsics.fx, 625, 1e-3);
+    EXPECT_NEAR(camera->intrinsics.fy, 625, 1e-3);
+    EXPECT_NEAR(camera->intrinsics.cx, 299.5 + 50, 1e-9);
+    EXPECT_NEAR(camera->intrinsics.cy, 499.5 + 25, 1e-9);
+}
+
 TEST(CameraFile, IsToldByWhatIsInIt) {
     const std::string ros =
         "image_width: 800\nimage_height: 600\ncamera_name: gate\ncamera_matrix: {rows: 3, cols: 3, data: [500, 0, "

@@ -1,5 +1,7 @@
 """Masks of recordings as polygons, held against COCO's own reader."""
 
+import json
+
 import cv2
 import numpy as np
 import pytest
@@ -54,3 +56,11 @@ def test_a_recording_without_masks_says_what_to_do(tmp_path):
     (tmp_path / "coco.json").write_text('{"annotations": [{"segmentation": []}]}')
     with pytest.raises(camrig.CamrigError, match="--masks"):
         convert(tmp_path)
+
+
+def test_ignored_regions_are_polygons_already_and_stay(tmp_path):
+    mask = {"size": [2, 2], "counts": coco_mask.encode(np.asfortranarray(np.ones((2, 2), np.uint8)))["counts"].decode()}
+    ignored = [[0, 0, 2, 0, 2, 1]]
+    (tmp_path / "coco.json").write_text(json.dumps({"annotations": [{"segmentation": mask}, {"segmentation": ignored, "iscrowd": 1}]}))
+    one, other = json.loads(convert(tmp_path).read_text())["annotations"]
+    assert one["segmentation"] == mask_polygons(np.ones((2, 2), bool)) and other["segmentation"] == ignored

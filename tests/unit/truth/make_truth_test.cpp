@@ -1,5 +1,6 @@
 #include "core/truth/make_truth.h"
 
+#include <cmath>
 #include <cstring>
 #include <tuple>
 
@@ -63,6 +64,37 @@ TEST(MakeTruth, APointOnTheLeftEdgeOfThePictureIsJudgedByTheFirstColumn) {
     const Keypoint& nose = truth->objects[0].keypoints.at(0);
     EXPECT_EQ(nose.pixel, glm::dvec2(-0.5, 5.0));
     EXPECT_EQ(nose.visibility, KeypointVisibility::visible);
+}
+
+// Behind a fisheye depth along its axis falls with distance, and beside it it says nothing.
+TEST(MakeTruth, BeyondARightAngleAPointIsHiddenByWhatIsNearer) {
+    auto info = std::make_shared<world::ObjectInfo>();
+    info->id = ObjectId{7};
+    info->name = "face";
+    info->model = face();
+    auto spec = std::make_shared<world::CameraSpec>();
+    spec->size = size;
+    spec->intrinsics = {15.0, 15.0, 31.5, 23.5};
+    spec->lens = {camera::LensModel::equidistant, {0.0, 0.0, 0.0, 0.0}};
+    const frame::FrameRef ids = frame_of(std::vector<std::uint32_t>(64 * 48, 9u));
+    for (const double angle : {glm::radians(60.0), glm::radians(89.0), glm::radians(100.0)}) {
+        const glm::dvec3 to(std::cos(angle), std::sin(angle), 0.0);
+        auto snapshot = std::make_shared<world::Snapshot>();
+        snapshot->statics = std::make_shared<const world::StaticSet>();
+        snapshot->movers.push_back({.info = info, .position = 5.0 * to, .clips = {}});
+        for (const double shown_m : {2.0, 8.0}) {
+            const std::vector<float> depths(64 * 48, static_cast<float>(shown_m * to.x));
+            const auto truth =
+                make_truth({.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}}, *snapshot,
+                           {.instance = ids, .depth = frame_of(depths)},
+                           silhouettes_from([&](std::span<const ObjectId>) -> Result<frame::FrameRef> { return ids; }));
+            ASSERT_TRUE(truth) << truth.error().message;
+            ASSERT_EQ(truth->objects.size(), 1u);
+            EXPECT_EQ(truth->objects[0].keypoints.at(0).visibility,
+                      shown_m < 5.0 ? KeypointVisibility::occluded : KeypointVisibility::visible)
+                << angle << " " << shown_m;
+        }
+    }
 }
 
 // What stands still is measured once for a camera that stands; never is anything of another pose or world told.

@@ -142,6 +142,31 @@ TEST(Actors, AGroupStandsInACircleAndFacesItsMiddle) {
     }
 }
 
+TEST(Actors, WhoJoinsAGroupInAStepOfASequenceHasAPlaceOfTheCircleToo) {
+    auto scene = empty_scene();
+    const std::string group = R"({"type": "group", "group": "talkers", "position": [10, 10, 0], "radius_m": 0.9})";
+    for (int i = 0; i < 4; ++i) {
+        ActorSpec member = actor(R"({"name": "m", "model": "man", "class": "person"})");
+        member.behaviour = behaviour(
+            (i == 0 ? group
+                    : R"({"type": "sequence", "steps": [{"type": "go_to", "position": [9, 6, 0]},)" + group + "]}")
+                .c_str());
+        member.name += std::to_string(i);
+        member.position = {4.0 + 3.0 * i, 3.0 + i, 0.0};
+        scene->actors.push_back(member);
+    }
+    auto world = World::create(scene, 1).value();
+    world->advance_to(40 * ns_per_s);
+    const auto members = world->actors();
+    for (const ActorReport& member : members) {
+        EXPECT_NEAR(glm::length(glm::dvec3(10, 10, 0) - member.position), 0.9, 0.1) << member.name;
+        for (const ActorReport& other : members)
+            if (other.name != member.name) {
+                EXPECT_GT(glm::distance(other.position, member.position), 1.0) << member.name << " and " << other.name;
+            }
+    }
+}
+
 TEST(Actors, SteeredActorsMoveAsTheyAreTold) {
     auto scene = empty_scene();
     scene->actors = {actor(walker_at_origin)};

@@ -136,6 +136,28 @@ TEST(Events, WhatIsPickedUpAndPutDownIsNeverSeenWhereItWasNotBetweenSteps) {
     }
 }
 
+TEST(Events, WhoWalksARouteAndIsPutDownBesideItWalksToItAndDoesNotFly) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "ben", "model": "man", "position": [4, 2, 0]})"),
+                     actor(R"({"name": "anna", "model": "man", "behaviour":
+                               {"type": "route", "route": "line", "speed": 1, "clip": "walk"}})")};
+    scene->events = {
+        event(
+            R"({"name": "take", "when": {"at_s": 1}, "do": [{"action": "pick_up", "object": "anna", "actor": "ben"}]})"),
+        event(R"({"name": "leave", "when": {"at_s": 5}, "do": [
+            {"action": "put_down", "object": "anna", "position": [8, 2, 0]}]})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(5 * ns_per_s);
+    glm::dvec3 before(8, 2, 0);
+    for (TimeNs t = 5 * ns_per_s; t <= 30 * ns_per_s; t += 20 * ns_per_ms) {
+        world->advance_to(t);
+        const glm::dvec3 at = find(*world, "anna").position;
+        ASSERT_LT(glm::distance(at, before), 0.1) << t;
+        before = at;
+    }
+    EXPECT_NEAR(before.y, 10.0, 1e-6) << "it is on its route again";
+}
+
 TEST(Events, AnEventThatBeginsASequenceDoesNotEndItsFirstStep) {
     auto scene = empty_scene();
     scene->actors = {actor(R"({"name": "anna", "model": "man", "class": "person", "position": [2, 2, 0]})")};

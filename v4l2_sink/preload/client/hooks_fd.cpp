@@ -133,14 +133,15 @@ int hook_dup(int fd) {
 }
 
 int hook_dup2(int from, int to) {
-    if (from == to) return real::dup2(from, to);
+    if (from == to || real::fcntl(from, F_GETFD) < 0) return real::dup2(from, to);
     give_up(to);
     const int copy = real::dup2(from, to);
     return is_ours(from) ? adopt(from, copy) : copy;
 }
 
 int hook_dup3(int from, int to, int flags) {
-    if (from == to) return real::dup3(from, to, flags);
+    const bool fails = from == to || (flags & ~O_CLOEXEC) != 0 || real::fcntl(from, F_GETFD) < 0;
+    if (fails) return real::dup3(from, to, flags);
     give_up(to);
     const int copy = real::dup3(from, to, flags);
     return is_ours(from) ? adopt(from, copy) : copy;

@@ -67,6 +67,7 @@ void destroy(Device& device) {
 void reset(Device& device) {
     device.serial = 0;
     device.broken = false;
+    device.failed = false;
     device.event_first = device.event_count = device.event_sequence = 0;
     for (Subscription& subscription : device.subscriptions) subscription = {};
     device.format_chosen = false;

@@ -99,6 +99,10 @@ class StateHistory:
     def now(self) -> CameraState:
         return self._states[-1][1]
 
+    @property
+    def latest_ns(self) -> int:
+        return self._states[-1][0]
+
     def at(self, world_ns: int) -> CameraState:
         """A frame was made in the state of the first poll that knew it."""
         return next((state for latest_ns, state in self._states if latest_ns >= world_ns), self.now)

@@ -6,7 +6,7 @@ import time
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Callable, Iterable
+from typing import Any, Callable, Mapping
 
 import numpy as np
 
@@ -167,48 +167,69 @@ class Recorder:
         """Steps the world from instant to instant: nothing is lost, and every pose is that of its instant."""
         assert self._end_ns is not None
         now_ns = self._start_ns
-        while not self._stopping:
+        while not self._stopping and now_ns < self._end_ns:
             self._refresh()
-            next_ns = {name: self._cameras[name].now.next_due_ns(now_ns) for name in self._active}
-            due_ns = min(next_ns.values(), default=self._end_ns + 1)
-            if due_ns > self._end_ns:
-                self._step(self._end_ns - now_ns)
-                return
+            due_ns = min([self._end_ns, *(self._cameras[name].now.next_due_ns(now_ns) for name in self._active)])
             self._step(due_ns - now_ns)
-            due = [name for name, ns in next_ns.items() if ns == due_ns]
+            self._poll()
+            # A camera whose clock runs its own way has its instants beside the grid; one that exposes for long leaves some out.
+            shown = {name: ns for name in self._active if (ns := self._cameras[name].latest_ns) > now_ns}
+            for name in self._kept_back(shown):
+                del shown[name]
             if self._options.raw:
-                self._write_raw(due, due_ns)
+                self._write_raw(shown)
             else:
-                self._write(self._collect(due, due_ns))
+                self._write(self._collect(shown))
             now_ns = due_ns
             self._tell(now_ns)
+        self._count_the_rest()
+
+    def _kept_back(self, shown: Mapping[str, int]) -> list[str]:
+        """Cameras whose picture of this instant a fault keeps from us; it is counted as missing when the next one comes."""
+        kept = []
+        for name in {fault["camera"] for fault in self._rig.call("fault.list")["faults"]} & shown.keys():
+            truth = self._rig.call("truth.get", camera=name, min_ns=shown[name])
+            way = truth["outputs"]["mjpeg"]
+            is_lost = any(harm["mode"] == "lost" for harm in way["damaged"])
+            if not truth["delivered"] or (not self._options.raw and (way["fate"] != "sent" or way["late_frames"] or is_lost)):
+                kept.append(name)
+        return kept
+
+    def _count_the_rest(self) -> None:
+        """Frames that were kept back until the end."""
+        for reply in self._rig.call("camera.list")["cameras"]:
+            if (name := reply["name"]) in self._last:
+                self.progress.missing[name] += max(0, reply["sequence"] - self._last[name][0])
 
     def _step(self, nanoseconds: int) -> None:
         if nanoseconds > 0:
             self._rig.step(nanoseconds=nanoseconds)
 
-    def _collect(self, due: Iterable[str], due_ns: int) -> list[Frame]:
-        waiting, frames = set(due), []
+    def _collect(self, shown: Mapping[str, int]) -> list[Frame]:
+        """What came, with these cameras' frames of these world times."""
+        waiting, frames = dict(shown), []
         deadline = time.monotonic() + _FRAME_TIMEOUT_S
         while waiting:
             left_s = deadline - time.monotonic()
             if left_s <= 0:
-                raise CamrigTimeout("unavailable", f"no frame of world time {due_ns} ns from {', '.join(sorted(waiting))}")
+                raise CamrigTimeout("unavailable", "no frame " + ", ".join(f"of world time {ns} ns from {name}" for name, ns in sorted(waiting.items())))
             for frame in self._inbox.take(left_s):
                 frames.append(frame)
-                if frame.world_ns == due_ns:
-                    waiting.discard(frame.camera)
+                if frame.world_ns == waiting.get(frame.camera):
+                    del waiting[frame.camera]
             self._ended |= self._inbox.take_ended()
-            waiting -= self._ended
+            for name in self._ended:
+                waiting.pop(name, None)
         return frames
 
-    def _write_raw(self, due: Iterable[str], due_ns: int) -> None:
-        for name in sorted(due):
-            got = Camera(self._rig, name).frame(min_ns=due_ns, format="raw")
-            if got.time_ns != due_ns:
-                raise CamrigError("internal", f"camera {name}: asked for world time {due_ns} ns, got {got.time_ns}")
+    def _write_raw(self, shown: Mapping[str, int]) -> None:
+        for name, world_ns in sorted(shown.items(), key=lambda one: (one[1], one[0])):
+            got = Camera(self._rig, name).frame(min_ns=world_ns, format="raw")
+            if got.time_ns != world_ns:
+                raise CamrigError("internal", f"camera {name}: asked for world time {world_ns} ns, got {got.time_ns}")
             frame = Frame(name, got.sequence, got.time_ns, got.monotonic_ns, b"")
-            self._write_frame(frame, got.image[:, :, ::-1])
+            if self._is_next(frame):
+                self._write_frame(frame, got.image[:, :, ::-1])
         self._bag.end_of_instant()
 
     def _follow(self) -> None:
@@ -252,9 +273,13 @@ class Recorder:
         if frame.camera in self._last:
             sequence, world_ns = self._last[frame.camera]
             missing = frame.sequence - sequence - 1
+            is_late = frame.world_ns <= world_ns and frame.sequence < sequence
         else:
             world_ns = self._start_ns
             missing = history.at(frame.world_ns).due_count(world_ns, frame.world_ns) - 1
+            is_late = False
+        if is_late:  # counted as missing when a later one came
+            return False
         self._last[frame.camera] = (frame.sequence, max(frame.world_ns, world_ns))
         # A camera that was deleted and made again counts from the start.
         self.progress.missing[frame.camera] += max(0, missing)

@@ -267,6 +267,7 @@ TEST(DeviceServer, ASubscriberThatDoesNotReadKeepsItsDeviceAndGetsTheNewestValue
 class HeldControls final : public ControlPort {
 public:
     std::vector<DeviceControl> list(std::string_view) override {
+        if (--asks_first > 0) return {};
         asked.set_value();
         go_on.get_future().wait();
         return {};
@@ -278,7 +279,8 @@ public:
     void set(std::string_view, std::span<const DeviceControlValue>, std::function<void(Result<void>)>) override {}
 
     std::promise<void> asked, go_on;
-    int reads = 0;  ///< server's thread
+    int asks_first = 1;  ///< this call is kept
+    int reads = 0;       ///< server's thread
 };
 
 TEST(TaskQueue, WhatOneNameIsPostedForAnyNumberOfTimesWaitsOnce) {
@@ -319,6 +321,29 @@ TEST(DeviceServer, OfChangesThatItsThreadHasNoTimeForTheNewestOfEachControlWaits
     EXPECT_TRUE(hangs_up(program.get())) << "its device was another one in between";
     server.reset();
     EXPECT_EQ(controls->reads, 2);
+}
+
+TEST(DeviceServer, WhatAProgramAsksOfADeviceThatWasJustRemovedHarmsNobody) {
+    const TemporaryFolder folder;
+    stream::LocalFrameBus bus{{1, std::make_shared<frame::FramePool>()}};
+    bus.add_camera({CameraId{1}, "lobby", {320, 240}, *Rate::create(30, 1)});
+    const auto controls = std::make_shared<HeldControls>();
+    auto server = DeviceServer::create(bus, folder / "devices.sock", controls).value();
+    for (const int number : {10, 11}) ASSERT_TRUE(server->add_device(number, "lobby", codec::ChromaSampling::yuv422));
+    controls->asks_first = 2;
+    const UniqueFd program = connect_to(server->socket_path()), other = connect_to(server->socket_path());
+    ASSERT_EQ(ask(program.get(), hello(10)).status, 0);
+    const camrig_request greeting = hello(11);
+    ASSERT_EQ(::send(other.get(), &greeting, sizeof greeting, MSG_NOSIGNAL), static_cast<ssize_t>(sizeof greeting));
+    controls->asked.get_future().wait();
+    // Both wait for the server's thread, which takes them together.
+    server->remove_device(10);
+    camrig_request format{};
+    format.type = camrig_request_get_format;
+    ASSERT_EQ(::send(program.get(), &format, sizeof format, MSG_NOSIGNAL), static_cast<ssize_t>(sizeof format));
+    controls->go_on.set_value();
+    EXPECT_TRUE(hangs_up(program.get()));
+    EXPECT_EQ(ask(other.get(), format).status, 0);
 }
 
 TEST(DeviceServer, NumbersAreGivenOnceAndWithinRange) {
