@@ -74,20 +74,23 @@ TEST(MakeTruth, BeyondARightAngleAPointIsHiddenByWhatIsNearer) {
     info->model = face();
     auto spec = std::make_shared<world::CameraSpec>();
     spec->size = size;
-    spec->intrinsics = {15.0, 15.0, 31.5, 23.5};
+    spec->intrinsics = {15.0, 15.0, 31.5, 23.0};
     spec->lens = {camera::LensModel::equidistant, {0.0, 0.0, 0.0, 0.0}};
-    const frame::FrameRef ids = frame_of(std::vector<std::uint32_t>(64 * 48, 9u));
-    for (const double angle : {glm::radians(60.0), glm::radians(89.0), glm::radians(100.0)}) {
+    std::vector<std::uint32_t> shown(64 * 48, 9u);
+    shown[0] = 7u;  // a corner of it
+    const frame::FrameRef ids = frame_of(shown), alone = frame_of(std::vector<std::uint32_t>(64 * 48, 7u));
+    for (const double column : {16.0, 8.0, 5.0}) {  // whose middles are 59, 89.8 and 101 deg aside
+        const double angle = (31.5 - column) / 15.0;
         const glm::dvec3 to(std::cos(angle), std::sin(angle), 0.0);
         auto snapshot = std::make_shared<world::Snapshot>();
         snapshot->statics = std::make_shared<const world::StaticSet>();
         snapshot->movers.push_back({.info = info, .position = 5.0 * to, .clips = {}});
         for (const double shown_m : {2.0, 8.0}) {
             const std::vector<float> depths(64 * 48, static_cast<float>(shown_m * to.x));
-            const auto truth =
-                make_truth({.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}}, *snapshot,
-                           {.instance = ids, .depth = frame_of(depths)},
-                           silhouettes_from([&](std::span<const ObjectId>) -> Result<frame::FrameRef> { return ids; }));
+            const auto truth = make_truth(
+                {.name = std::make_shared<const std::string>("eye"), .spec = spec, .pose = {}}, *snapshot,
+                {.instance = ids, .depth = frame_of(depths)},
+                silhouettes_from([&](std::span<const ObjectId>) -> Result<frame::FrameRef> { return alone; }));
             ASSERT_TRUE(truth) << truth.error().message;
             ASSERT_EQ(truth->objects.size(), 1u);
             EXPECT_EQ(truth->objects[0].keypoints.at(0).visibility,
