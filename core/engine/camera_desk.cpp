@@ -81,14 +81,12 @@ void CameraDesk::renew_standing(CameraEntry& entry, TimeNs now_ns) {
     renew_latest(entry, next);
 }
 
-void CameraDesk::show_waiting_changes() {
-    const TimeNs now_ns = rig_.world_now_ns(monotonic_now_ns());
-    for (auto& [id, entry] : rig_.cameras.all()) {
-        if (entry.applied_ns <= entry.latest.state.world_ns) continue;
-        renew_standing(entry, now_ns);
-        entry.applied_ns = entry.latest.state.world_ns;
-        if (!rig_.bus.wanted(id, entry.latest.state.world_ns).empty()) show_latest(entry);
-    }
+void CameraDesk::show_waiting_change(CameraEntry& entry) {
+    if (rig_.clock.running() || rig_.options.mode != RunMode::realtime) return;
+    if (entry.applied_ns <= entry.latest.state.world_ns) return;
+    renew_standing(entry, rig_.world_now_ns(monotonic_now_ns()));
+    entry.applied_ns = entry.latest.state.world_ns;
+    if (!rig_.bus.wanted(entry.id, entry.latest.state.world_ns).empty()) show_latest(entry);
 }
 
 void CameraDesk::show_latest(CameraEntry& entry) {

@@ -31,8 +31,9 @@ public:
     void begin_world();
     /// Draws the latest frame of each camera, whether or not somebody reads it.
     void show_all();
-    /// The world stands still from now on: cameras that were changed and would show it with their next frame show it.
-    void show_waiting_changes();
+    /// For who asks for what the camera's last command did: where the world was paused before its next frame would show
+    /// that, it shows it now.
+    void show_waiting_change(CameraEntry& entry);
 
 private:
     Result<CameraEntry*> add_camera(world::CameraSpec spec);

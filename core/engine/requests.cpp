@@ -142,13 +142,16 @@ void Requests::get_truth(Request<GetTruth>& request) {
 void Requests::wait(Waiter waiter) {
     const auto found = rig_.cameras.find(waiter.name);
     if (!found) return waiter.fail(found.error());
-    const CameraEntry& entry = **found;
+    CameraEntry& entry = **found;
     waiter.camera = entry.id;
     if (waiter.got_picture && waiter.picture.kind == frame::FrameKind::sensor && !entry.spec().sensor)
         return waiter.fail({ErrorKind::invalid_argument,
                             "camera " + waiter.name + " has no sensor: set its field `sensor`, or ask for kind color"});
     // Without a wish of its own a read shows what the camera's last command did.
-    if (waiter.min_ns == 0) waiter.min_ns = entry.applied_ns;
+    if (waiter.min_ns == 0) {
+        cameras_.show_waiting_change(entry);
+        waiter.min_ns = entry.applied_ns;
+    }
     const TimeNs now_ns = monotonic_now_ns();
     // Of a slow camera the next frame may take longer than that.
     waiter.deadline_ns =

@@ -3,6 +3,7 @@
 #include <list>
 #include <memory>
 
+#include "core/engine/camera_desk.h"
 #include "core/engine/rig_state.h"
 
 namespace camrig::engine {
@@ -11,7 +12,7 @@ namespace camrig::engine {
 /// instant if that was not done already. Drawing for requests is a class of its own in DrawQueue. Engine's thread.
 class Requests {
 public:
-    explicit Requests(RigState& rig) : rig_(rig) {}
+    Requests(RigState& rig, CameraDesk& cameras) : rig_(rig), cameras_(cameras) {}
     /// Fails all requests that still wait.
     ~Requests();
 
@@ -70,6 +71,7 @@ private:
     TimeNs next_turn_ns(TimeNs monotonic_ns) const;
 
     RigState& rig_;
+    CameraDesk& cameras_;
     Waiters waiting_, drawing_;
     bool is_ready_ = false;           ///< a request could be drawn now and waits for the lane only
     TimeNs cost_ns_ = 8 * ns_per_ms;  ///< what a request took lately, on average

@@ -45,7 +45,7 @@ Rig::Rig(const EngineOptions& options, std::vector<std::unique_ptr<DrawLane>> la
       cameras_(state_, world_),
       faults_(state_, world_),
       replicas_(state_, world_),
-      requests_(state_),
+      requests_(state_, cameras_),
       instants_(state_, world_, requests_) {
     state_.drawing = std::make_unique<DrawDesk>(
         std::move(lanes), std::move(finished),
@@ -249,8 +249,6 @@ Result<WorldState> Rig::run(PauseWorld&) {
     // An instant that is due and has not begun is still to come.
     if (clock.running())
         clock.hold(std::min(state_.world_now_ns(monotonic_now_ns()), state_.schedule.next_due_ns() - 1));
-    cameras_.show_waiting_changes();
-    state_.drawing->finish();
     return world_state();
 }
 
