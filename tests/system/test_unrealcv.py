@@ -424,7 +424,7 @@ def test_many_connections_and_clients_that_vanish_leave_nothing(door):
         answer(raw)
     wait_until(lambda: open_now() == 0, what="the door to be empty")
     fds, rss = process.fds(), []
-    for turn in range(1, 5):
+    for turn in range(1, 7):
         raws = [socket.create_connection(("127.0.0.1", port), timeout=20) for _ in range(100)]
         wait_until(lambda: rig.call("server.info")["connections"]["unrealcv"]["refused"] == 68 * turn, what="all but 32 to be refused")
         assert open_now() == 32
@@ -438,7 +438,8 @@ def test_many_connections_and_clients_that_vanish_leave_nothing(door):
         wait_until(lambda: open_now() == 0, what="the door to be empty")
         wait_until(lambda: process.fds() <= fds, what="all descriptors to be closed")
         rss.append(process.rss_kib())
-    assert rss[-1] < rss[0] + 8 * 1024
+    # How many answers were being made at once is the machine's, so the most of it comes in any turn; what leaks comes in each.
+    assert min(after - before for before, after in zip(rss, rss[1:])) < 1024, rss
     hello(port).close()
 
 
