@@ -1,6 +1,7 @@
 #include "core/engine/rig_state.h"
 
 #include <algorithm>
+#include <array>
 
 #include <spdlog/spdlog.h>
 
@@ -113,8 +114,12 @@ DueViews RigState::picture_of(const CameraEntry& entry) const {
 frame::PixelFormats RigState::made_of(const render::View& view, frame::PixelFormats wanted) const {
     frame::PixelFormats made;
     // What faults change later is changed in pixels, and so is what streams send smaller.
-    const bool is_changed = (view.failing && view.failing->faults) ||
-                            (view.faults && fault::other_size(*view.faults, "mjpeg", view.spec->size));
+    const auto is_smaller = [&](const char* output) {
+        return fault::other_size(*view.faults, output, view.spec->size).has_value();
+    };
+    const bool is_changed =
+        (view.failing && view.failing->faults) ||
+        (view.faults && std::ranges::any_of(std::array{"mjpeg", "rtsp", "device", "v4l2"}, is_smaller));
     for (const frame::PixelFormat format : frame::color_formats) {
         const bool is_made = !is_changed && drawing->makes(format, view);
         if (wanted.contains(format)) made.add(is_made ? format : frame::PixelFormat::rgba8);

@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <ostream>
-#include <set>
 
 #include <CLI/CLI.hpp>
 #include <unistd.h>
@@ -119,7 +119,7 @@ private:
     Result<void> hold_world();
     Result<void> let_world_go();
     Result<void> begin_dataset();
-    Result<std::set<std::string>> shown_at(TimeNs world_ns);
+    Result<std::map<std::string, TimeNs>> shown_after(TimeNs world_ns);
     Result<std::int64_t> record(Progress& progress);
     Result<void> take(const RecordedCamera& camera, TimeNs instant_ns);
     Result<std::vector<std::byte>> picture(const json& params, const json& truth);
@@ -292,14 +292,15 @@ Result<void> Recorder::begin_dataset() {
     return {};
 }
 
-/// The cameras that have a picture of this world time. A camera with a sensor that exposes for longer than a period has
-/// none at some instants of its rate.
-Result<std::set<std::string>> Recorder::shown_at(TimeNs world_ns) {
+/// World times of the pictures that came after one of ours, by camera. One that exposes for longer than a period leaves
+/// instants of its rate out; one that an event gave another clock has its own.
+Result<std::map<std::string, TimeNs>> Recorder::shown_after(TimeNs world_ns) {
     const auto listed = client_.call("camera.list");
     if (!listed) return std::unexpected(listed.error());
-    std::set<std::string> shown;
+    std::map<std::string, TimeNs> shown;
     for (const json& camera : listed->at("cameras"))
-        if (camera.at("applied_ns").get<TimeNs>() == world_ns) shown.insert(camera.at("name").get<std::string>());
+        if (const auto at_ns = camera.at("applied_ns").get<TimeNs>(); at_ns > world_ns)
+            shown.emplace(camera.at("name").get<std::string>(), at_ns);
     return shown;
 }
 
@@ -315,15 +316,17 @@ Result<std::int64_t> Recorder::record(Progress& progress) {
         if (next_ns > end_ns || (options_.frames && instants >= *options_.frames)) break;
         const auto stepped = client_.call("world.step", {{"nanoseconds", next_ns - now_ns}});
         if (!stepped) return std::unexpected(stepped.error());
-        const auto shown = shown_at(next_ns);
+        const auto shown = shown_after(now_ns);
         if (!shown) return std::unexpected(shown.error());
+        const std::int64_t before = frames;
         for (const RecordedCamera& camera : cameras_) {
-            if (!shown->contains(camera.name)) continue;
-            if (auto taken = take(camera, next_ns); !taken) return std::unexpected(taken.error());
+            const auto found = shown->find(camera.name);
+            if (found == shown->end()) continue;
+            if (auto taken = take(camera, found->second); !taken) return std::unexpected(taken.error());
             ++frames;
         }
         now_ns = next_ns;
-        instants += shown->empty() ? 0 : 1;
+        instants += frames > before ? 1 : 0;
         const double share = options_.frames ? static_cast<double>(instants) / static_cast<double>(*options_.frames)
                                              : static_cast<double>(now_ns - start_ns) / (seconds * 1e9);
         progress.show(share, frames);

@@ -154,13 +154,12 @@ class Recorder:
                 url = Camera(self._rig, name).url("mjpeg", quality=self._options.quality)
                 self._readers[name] = StreamReader(name, url, self._start_ns, self._inbox.put, self._inbox.stream_ended)
 
-    def _refresh(self) -> None:
-        """The cameras as they are now, and their streams: one ends when its camera changes its size, is deleted, or the rig is gone."""
+    def _renew_readers(self) -> None:
+        """A stream ends when its camera changes its size, is deleted, or the rig is gone."""
         ended, self._ended = self._ended | self._inbox.take_ended(), set()
         for name in ended:
             if reader := self._readers.pop(name, None):
                 reader.close()
-        self._poll()
         self._open_readers()
 
     def _drive(self) -> None:
@@ -168,7 +167,7 @@ class Recorder:
         assert self._end_ns is not None
         now_ns = self._start_ns
         while not self._stopping and now_ns < self._end_ns:
-            self._refresh()
+            self._renew_readers()
             due_ns = min([self._end_ns, *(self._cameras[name].now.next_due_ns(now_ns) for name in self._active)])
             self._step(due_ns - now_ns)
             self._poll()
@@ -182,6 +181,7 @@ class Recorder:
                 self._write(self._collect(shown))
             now_ns = due_ns
             self._tell(now_ns)
+        self._write(self._inbox.take(0))
         self._count_the_rest()
 
     def _kept_back(self, shown: Mapping[str, int]) -> list[str]:
@@ -207,19 +207,14 @@ class Recorder:
 
     def _collect(self, shown: Mapping[str, int]) -> list[Frame]:
         """What came, with these cameras' frames of these world times."""
-        waiting, frames = dict(shown), []
+        frames = self._inbox.take(0)  # late ones, too
         deadline = time.monotonic() + _FRAME_TIMEOUT_S
-        while waiting:
+        while waiting := {one for one in shown.items() - {(frame.camera, frame.world_ns) for frame in frames} if one[0] not in self._ended}:
             left_s = deadline - time.monotonic()
             if left_s <= 0:
-                raise CamrigTimeout("unavailable", "no frame " + ", ".join(f"of world time {ns} ns from {name}" for name, ns in sorted(waiting.items())))
-            for frame in self._inbox.take(left_s):
-                frames.append(frame)
-                if frame.world_ns == waiting.get(frame.camera):
-                    del waiting[frame.camera]
+                raise CamrigTimeout("unavailable", "no frame " + ", ".join(f"of world time {ns} ns from {name}" for name, ns in sorted(waiting)))
+            frames += self._inbox.take(left_s)
             self._ended |= self._inbox.take_ended()
-            for name in self._ended:
-                waiting.pop(name, None)
         return frames
 
     def _write_raw(self, shown: Mapping[str, int]) -> None:
@@ -238,7 +233,8 @@ class Recorder:
         while not self._stopping:
             time.sleep(_BATCH_S)
             frames = self._inbox.take(_POLL_S)
-            self._refresh()
+            self._poll()
+            self._renew_readers()
             self._write(frames)
             world_ns = max((world_ns for _, world_ns in self._last.values()), default=self._start_ns)
             self._tell(world_ns if end_ns is None else min(world_ns, end_ns))
