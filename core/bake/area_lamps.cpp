@@ -6,18 +6,37 @@
 
 namespace camrig::bake {
 
+namespace {
+
+/// How bright a triangle is at its brightest, about: where its texture was not looked at it may shine, too.
+float brightness(const RayScene& scene, std::uint32_t surface, std::uint32_t number) {
+    constexpr int side = 8;
+    constexpr float unseen_share = 1.0f / 16.0f;
+    const auto most = [](const glm::vec3& light) { return std::max({light.r, light.g, light.b}); };
+    float made = unseen_share * most(scene.surfaces()[surface].material->emissive);
+    for (int i = 0; i < side; ++i) {
+        for (int j = 0; j < side - i; ++j) {
+            const glm::vec2 at = (glm::vec2(static_cast<float>(i), static_cast<float>(j)) + 1.0f / 3.0f) / float{side};
+            made = std::max(made, most(scene.glow(surface, number, {1.0f - at.x - at.y, at.x, at.y})));
+        }
+    }
+    return made;
+}
+
+}  // namespace
+
 AreaLamps::AreaLamps(const RayScene& scene) : scene_(scene) {
-    constexpr glm::vec3 middle(1.0f / 3.0f);
     for (std::uint32_t i = 0; i < scene.surfaces().size(); ++i) {
         const RaySurface& surface = scene.surfaces()[i];
         if (!is_lamp(surface)) continue;
         const auto& indices = surface.primitive->indices;
         for (std::uint32_t number = 0; number < indices.size() / 3; ++number) {
-            const auto corner = [&](std::size_t k) { return surface.positions[indices[3 * number + k]]; };
-            Triangle made{i, number, surface.position_at(number, middle), surface.side_of(number)};
-            made.area = 0.5f * glm::length(glm::cross(corner(1) - corner(0), corner(2) - corner(0)));
-            const glm::vec3 light = scene.glow(i, number, middle);
-            made.power = made.area * std::max({light.r, light.g, light.b});
+            Triangle made{.surface = i, .number = number, .side = surface.side_of(number)};
+            for (std::size_t k = 0; k < 3; ++k) made.corners[k] = surface.positions[indices[3 * number + k]];
+            made.middle = surface.position_at(number, glm::vec3(1.0f / 3.0f));
+            made.area =
+                0.5f * glm::length(glm::cross(made.corners[1] - made.corners[0], made.corners[2] - made.corners[0]));
+            made.power = made.area * brightness(scene, i, number);
             if (made.power > 0.0f) triangles_.push_back(made);
         }
     }
@@ -32,12 +51,19 @@ void AreaLamps::weigh(const glm::vec3& place, const glm::vec3& normal, bool both
                       std::vector<float>& sums) const {
     sums.clear();
     float sum = 0.0f;
+    const auto cosine_of = [&](const glm::vec3& way, float distance) {
+        const float cosine = normal == glm::vec3(0.0f) ? 1.0f : glm::dot(normal, way) / distance;
+        return both_sides ? std::abs(cosine) : std::max(0.0f, cosine);
+    };
     for (const Triangle& lamp : triangles_) {
         const glm::vec3 way = lamp.middle - place;
         const float distance2 = std::max(glm::dot(way, way), lamp.area), distance = std::sqrt(distance2);
-        float cosine = normal == glm::vec3(0.0f) ? 1.0f : glm::dot(normal, way) / distance;
-        if (both_sides) cosine = std::abs(cosine);
-        sum += lamp.power * std::max(0.0f, cosine) * std::max(0.0f, -glm::dot(lamp.side, way)) / (distance2 * distance);
+        // A part may be in front of the place whose middle is not.
+        constexpr float corner_share = 0.25f;
+        float cosine = cosine_of(way, distance);
+        for (const glm::vec3& corner : lamp.corners)
+            cosine = std::max(cosine, corner_share * cosine_of(corner - place, glm::distance(corner, place)));
+        sum += lamp.power * cosine * std::max(0.0f, -glm::dot(lamp.side, way)) / (distance2 * distance);
         sums.push_back(sum);
     }
 }

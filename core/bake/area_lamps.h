@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -17,8 +18,8 @@ public:
     bool empty() const { return triangles_.empty(); }
     static bool is_lamp(const RaySurface& surface);
 
-    /// How bright each triangle would be at a place if nothing was in its way, as sums up to each: by these one is
-    /// chosen. normal: of the place; 0: from all sides.
+    /// About how bright each triangle would be at a place if nothing was in its way, as sums up to each: by these one
+    /// is chosen. Of each that sends any light there it is more than 0. normal: of the place; 0: from all sides.
     void weigh(const glm::vec3& place, const glm::vec3& normal, bool both_sides, std::vector<float>& sums) const;
 
     /// A point of a lamp, as a place near the one that was weighed has its light.
@@ -33,6 +34,7 @@ public:
 private:
     struct Triangle {
         std::uint32_t surface = 0, number = 0;
+        std::array<glm::vec3, 3> corners{};
         glm::vec3 middle{0.0f}, side{0.0f};
         float area = 0.0f, power = 0.0f;
     };

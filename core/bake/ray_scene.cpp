@@ -66,7 +66,7 @@ glm::vec3 RaySurface::position_at(std::size_t triangle, const glm::vec3& shares)
 glm::vec3 RaySurface::side_of(std::size_t triangle) const {
     const glm::uvec3 corners = vertices_of(*primitive, triangle);
     const glm::dvec3 a(positions[corners.x]), b(positions[corners.y]), c(positions[corners.z]);
-    const glm::dvec3 across = glm::cross(b - a, c - a) * (placed->is_mirrored ? -1.0 : 1.0);
+    const glm::dvec3 across = glm::cross(b - a, c - a) * (placed->turns_clockwise ? -1.0 : 1.0);
     const double length = glm::length(across);
     return length > 0.0 ? glm::vec3(across / length) : glm::vec3(0.0f);
 }

@@ -160,6 +160,20 @@ void morph(const Primitive& primitive, std::span<const float> weights, std::span
 
 }  // namespace
 
+bool deforming_mirrors(const Model& model, const PosedModel& pose, int node, const Primitive& primitive) {
+    const int skin = model.nodes[static_cast<std::size_t>(node)].skin;
+    if (skin < 0 || primitive.joints.empty())
+        return glm::determinant(glm::dmat3(pose.model_from_node[static_cast<std::size_t>(node)])) < 0.0;
+    const Skin& of = model.skins[static_cast<std::size_t>(skin)];
+    glm::dmat3 sum(0.0);
+    for (glm::length_t i = 0; i < 4; ++i) {
+        const std::size_t j = primitive.joints.front()[i];
+        const glm::dmat4& joint = pose.model_from_node[static_cast<std::size_t>(of.joints[j])];
+        sum += double{primitive.weights.front()[i]} * glm::dmat3(joint * of.inverse_bind[j]);
+    }
+    return glm::determinant(sum) < 0.0;
+}
+
 void deform_vertices(const Model& model, const PosedModel& pose, int node, const Primitive& primitive,
                      std::span<glm::vec3> positions, std::span<glm::vec3> normals,
                      std::optional<std::span<const std::uint32_t>> which) {

@@ -33,7 +33,7 @@ ModelRef read_model(std::span<const std::byte> bytes, const std::filesystem::pat
     model->images = gltf::read_images(document, budget);
     model->meshes = gltf::read_meshes(document, accessors, budget);
     color_vertices_of_variants(*model, budget);
-    gltf::read_nodes(document, accessors, *model);
+    gltf::read_nodes(document, accessors, budget, *model);
     model->animations = gltf::read_animations(document, accessors, *model);
     return model;
 }

@@ -16,7 +16,7 @@ double number_for(std::uint64_t variant, const char* of, const std::string& name
 }
 
 glm::vec3 tint_to(const glm::vec3& color, const Material& material) {
-    return color / glm::max(glm::vec3(material.base_color), glm::vec3(1e-4f));
+    return color / glm::vec3(material.base_color);
 }
 
 }  // namespace

@@ -28,6 +28,9 @@ struct PosedModel {
 /// nothing is accumulated. `out` is reused: no allocation once it has grown.
 void pose_model(const Model& model, std::span<const ClipState> clips, PosedModel& out);
 
+/// Whether deform_vertices turns triangles round: fronts are seen from behind. Of a skin by the first vertex's joints.
+bool deforming_mirrors(const Model& model, const PosedModel& pose, int node, const Primitive& primitive);
+
 /// Vertices of one primitive of a mesh node in the model's z-up frame, skinned and morphed: positions and unit normals
 /// (cofactor matrix, so non-uniform scale is right). `node` must have a mesh. Spans are as long as the primitive's
 /// positions. `which`: only these vertices; by default all.

@@ -26,18 +26,17 @@ void put_over(json& base, const json& change);
 void put_over_list(json& base, const json& change) {
     for (const json& item : change) {
         const auto same = std::ranges::find(base, item["name"], [](const json& one) { return one["name"]; });
-        if (same == base.end())
-            base.push_back(item);
-        else
-            put_over(*same, item);
+        put_over(same == base.end() ? base.emplace_back(json::object()) : *same, item);
     }
 }
 
+/// JSON Merge Patch (RFC 7396), but that lists of what has names are merged by these.
 void put_over(json& base, const json& change) {
     for (const auto& [key, value] : change.items()) {
         if (value.is_null()) {
             base.erase(key);
-        } else if (json& kept = base[key]; kept.is_object() && value.is_object()) {
+        } else if (json& kept = base[key]; value.is_object()) {
+            if (!kept.is_object()) kept = json::object();
             put_over(kept, value);
         } else if (!kept.empty() && is_named_list(kept) && is_named_list(value)) {
             put_over_list(kept, value);
@@ -59,11 +58,13 @@ void name_as_shipped(json& document) {
     }
 }
 
-Result<std::filesystem::path> base_file(const json& named, const std::filesystem::path& file) {
-    if (!named.is_string()) return error(ErrorKind::invalid_argument, "base: expected a string");
-    const auto text = named.get<std::string>();
-    if (text.starts_with(shipped_prefix)) {
-        auto found = find_scene(text.substr(shipped_prefix.size()));
+bool is_shipped(const std::string& name) {
+    return name.starts_with(shipped_prefix);
+}
+
+Result<std::filesystem::path> base_file(const std::string& text, const std::filesystem::path& file) {
+    if (is_shipped(text)) {
+        auto found = find_shipped_scene(text.substr(shipped_prefix.size()));
         if (!found) return at("base", found.error());
         return found;
     }
@@ -88,16 +89,22 @@ Result<json> read_scene_document(const std::filesystem::path& file) {
 Result<BasedScene> on_its_base(json document, const std::filesystem::path& file) {
     BasedScene made;
     std::vector<json> changes;
-    for (std::filesystem::path at = file; document.is_object() && document.contains("base");) {
+    bool are_shipped = false;  // and what they stand on
+    for (std::filesystem::path at = file; document.contains("base");) {
         if (made.bases.size() == max_bases)
             return error(ErrorKind::invalid_argument,
                          "base: more than " + std::to_string(max_bases) + " files stand on each other");
-        const auto below = base_file(document["base"], at);
+        if (!document["base"].is_string()) return error(ErrorKind::invalid_argument, "base: expected a string");
+        const auto name = document["base"].get<std::string>();
+        const auto below = base_file(name, at);
         if (!below) return std::unexpected(below.error());
-        const bool is_shipped = document["base"].get<std::string>().starts_with(shipped_prefix);
+        const std::string place = "base: " + below->string();
         auto read = read_scene_document(*below);
-        if (!read) return camrig::at("base: " + below->string(), read.error());
-        if (is_shipped) name_as_shipped(*read);
+        if (!read) return camrig::at(place, read.error());
+        if (!read->is_object())
+            return error(ErrorKind::invalid_argument, place + ": expected an object, got " + read->type_name());
+        are_shipped |= is_shipped(name);
+        if (are_shipped) name_as_shipped(*read);
         document.erase("base");
         changes.push_back(std::move(document));
         document = std::move(*read);

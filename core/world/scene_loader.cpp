@@ -70,7 +70,10 @@ Result<SceneRef> load_scene(const std::filesystem::path& given, const SceneOptio
         auto scene = load_any(*file, options);
         if (!scene) return std::unexpected(scene.error());
         scene->file = *file;
-        if (options.baked_light) find_baked_light(*scene, *file);
+        if (options.baked_light) {
+            const ErrorList::Pause another_file;
+            find_baked_light(*scene, *file);
+        }
         return std::make_shared<const Scene>(std::move(*scene));
     } catch (const std::bad_alloc&) {
         return error(ErrorKind::resource_exhausted, given.string() + ": not enough memory for this scene");

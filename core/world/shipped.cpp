@@ -67,14 +67,17 @@ std::map<std::string, fs::path> shipped_scenes() {
     return scenes;
 }
 
-Result<fs::path> find_scene(const fs::path& scene) {
-    const std::string name = scene.string();
-    if (!is_word(name)) return scene;
+Result<fs::path> find_shipped_scene(std::string_view name) {
     const auto scenes = shipped_scenes();
-    if (const auto found = scenes.find(name); found != scenes.end()) return found->second;
-    return error(ErrorKind::not_found, name.substr(0, 80) +
+    if (const auto found = scenes.find(std::string(name)); found != scenes.end()) return found->second;
+    return error(ErrorKind::not_found, std::string(name.substr(0, 80)) +
                                            ": no scene of this name comes with the program; there are: " +
                                            known_names(scenes) + "; else give a scene file (.json, .gltf or .glb)");
+}
+
+Result<fs::path> find_scene(const fs::path& scene) {
+    if (!is_word(scene.string())) return scene;
+    return find_shipped_scene(scene.string());
 }
 
 Result<fs::path> find_shipped_model(std::string_view name) {

@@ -23,6 +23,9 @@ std::filesystem::path shipped_folder();
 /// By name.
 std::map<std::string, std::filesystem::path> shipped_scenes();
 
+/// The file of one. Error not_found for a name that none has, with those that are.
+Result<std::filesystem::path> find_shipped_scene(std::string_view name);
+
 /// What SCENE means, on the command line and in methods: a word of letters, digits, _ and - is a shipped scene,
 /// whatever lies in the working folder; all else is a path, and a file of such a name is ./NAME. Error not_found for a
 /// word that is none, with those that are.

@@ -129,6 +129,9 @@ struct ActionRun {
         if (action.fog) environment.fog = *action.fog;
         if (action.daylight) {
             environment.daylight = *action.daylight;
+            // A new light comes last: baked light and flickers know the others by their numbers.
+            if (std::ranges::find(statics.lights, sun_name, &Light::name) == statics.lights.end())
+                statics.lights.push_back({.name = sun_name, .group = {}});
             apply_daylight(environment, statics.lights);
             show_sky(statics);
         }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -114,6 +115,22 @@ TEST(Geometry, AMirroredNodeKeepsItsFrontAndItsNormals) {
     EXPECT_NEAR(draw(world, {}).red(32, 24), srgb_code(0.5), 1);
 }
 
+/// The mirror is in what moves the vertices, not in what places them.
+TEST(Geometry, AMirroredNodeWhoseMeshIsMorphedKeepsThemToo) {
+    auto model = model_of(rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4}), colored(glm::vec3(1.0f)));
+    model->nodes[0].matrix[1] *= -1.0;
+    world::Primitive& wall = model->meshes[0].primitives[0];
+    wall.targets.push_back({.positions = std::vector<glm::vec3>(wall.positions.size()), .normals = {}});
+    model->meshes[0].weights = {0.0};
+    TestWorld world;
+    world.environment.ambient_sky = world.environment.ambient_ground = glm::vec3(0.0f);
+    world.lights = {light_of(world::LightType::directional, 0.5f, {}, {1, 0, 0})};
+    world.objects = {instance_of(model)};
+    EXPECT_NEAR(draw(world, {}).red(32, 24), srgb_code(0.5), 1);
+    world.movers = std::exchange(world.objects, {});
+    EXPECT_NEAR(draw(world, {}).red(32, 24), srgb_code(0.5), 1);
+}
+
 TEST(Geometry, NearPlaneCutsAndWhatIsBehindTheCameraIsGone) {
     TestWorld world;
     world.objects = {instance_of(model_of(box(glm::vec3(1.0f)), colored({1, 0, 0}, true)), {-3, 0, 0})};
@@ -180,6 +197,29 @@ TEST(Geometry, SkinnedVerticesFollowTheirJointsAndAreNotCulledByTheirRestPose) {
     TestWorld moved;
     moved.movers = {instance_of(skinned_strip({0, 0, 3}), {0, 0, -3})};
     EXPECT_EQ(draw(moved, camera).red(32, 32), 255);
+}
+
+TEST(Geometry, ASkinsMirrorTurnsNothingInsideOut) {
+    const TestCamera camera{.size = {64, 64}, .focal_px = 64};
+    auto model = skinned_strip({0, 0, 0});
+    for (const std::size_t joint : {1, 2}) model->nodes[joint].matrix[1] *= -1.0;
+    TestWorld world;
+    world.movers = {instance_of(model)};
+    EXPECT_EQ(draw(world, camera).red(32, 30), 255);
+}
+
+/// A hat, say: it stands where its node puts it.
+TEST(Geometry, APartOfASkinnedMeshWithoutJointsIsSeenWhereverItIs) {
+    const TestCamera camera{.size = {64, 64}, .focal_px = 64};
+    auto model = skinned_strip({0, 0, 0});
+    world::Primitive part = rectangle({2, 0, 0}, {0, -0.25f, 0}, {0, 0, 0.25f});
+    for (glm::vec3& p : part.positions) p.z += 3.0f;
+    part.material = 0;
+    part.bounds = {part.positions.front(), part.positions.front()};
+    model->meshes[0].primitives = {part};
+    TestWorld world;
+    world.movers = {instance_of(model, {0, 0, -3})};
+    EXPECT_EQ(draw(world, camera).red(32, 30), 255);
 }
 
 TEST(Geometry, AMeshWithASkinAndWithoutIsWhereEachNodeHasIt) {

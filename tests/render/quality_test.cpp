@@ -228,15 +228,18 @@ TEST(Quality, BakedOcclusionDarkensTheSurroundingsAtEveryLevelAndNeverTheLights)
 
 TEST(Quality, NormalMapsLeanAlongUAndAgainstVWithTheFilesTangentsOrWithout) {
     const glm::dvec3 towards = glm::normalize(glm::dvec3(-1.0, -0.8, 0.5));
-    for (const int variant : {0, 1, 2, 3, 4, 5, 6, 7}) {
+    for (int variant = 0; variant < 16; ++variant) {
         const bool is_mirrored = variant & 1, has_tangents = variant & 2, is_reflected = variant & 4;
+        const bool is_behind = variant & 8;  // the whole of the mapped normal is turned round (glTF 2.0, 3.9.4)
         for (const glm::dvec2 lean : {glm::dvec2(0.6, 0.0), glm::dvec2(0.0, 0.6)}) {
-            world::Primitive wall = rectangle({2, 0, 0}, {0, -4, 0}, {0, 0, 4});  // u to the right (-y), v down (-z)
+            // u to the right (-y), v down (-z); what is seen from behind, to the left.
+            world::Primitive wall = rectangle({2, 0, 0}, {0, is_behind ? 4 : -4, 0}, {0, 0, 4});
             if (is_mirrored)
                 for (glm::vec2& uv : wall.texcoords[0]) uv.x = -uv.x;
             const float along = is_mirrored ? -1.0f : 1.0f;
-            if (has_tangents) wall.tangents.assign(4, glm::vec4(0, -along, 0, along));
+            if (has_tangents) wall.tangents.assign(4, glm::vec4(0, is_behind ? along : -along, 0, along));
             auto model = model_of(wall, surface(glm::vec3(0.5f), 1.0f));
+            model->materials[0].double_sided = is_behind;
             if (is_reflected) model->nodes[0].matrix[1] *= -1.0;  // y turned round
             const auto code = [](double x) { return static_cast<std::uint8_t>(std::lround((x + 1.0) * 127.5)); };
             model->images.push_back({.size = {1, 1}, .rgba = {code(lean.x), code(lean.y), code(0.8), 255}});
@@ -248,10 +251,10 @@ TEST(Quality, NormalMapsLeanAlongUAndAgainstVWithTheFilesTangentsOrWithout) {
             world.objects = {instance_of(model)};
             const TestCamera camera{.size = {33, 33}, .focal_px = 32, .quality = world::Quality::beautiful};
             const double right = is_mirrored != is_reflected ? -1.0 : 1.0;
-            const glm::dvec3 n(-0.8, -lean.x * right, lean.y);
+            const glm::dvec3 n(-0.8, -lean.x * right, is_behind ? -lean.y : lean.y);
             EXPECT_NEAR(linear_of(draw(world, camera).red(16, 16)),
                         0.9 * gltf_reflection(n, {-1, 0, 0}, towards, 0.5, 1.0, 0.0), 0.012)
-                << is_mirrored << has_tangents << is_reflected << lean.x;
+                << is_mirrored << has_tangents << is_reflected << is_behind << lean.x;
         }
     }
 }

@@ -91,7 +91,7 @@ def test_a_light_of_another_state_is_told_and_left_alone(room, tmp_path):
     (tmp_path / "room.light").write_bytes(room.with_suffix(".light").read_bytes())
     assert "up to date" in bake(room, "--check").stdout
     told = bake(scene, "--check", code=1).stderr
-    assert told.startswith("camrig: bake: ") and "room.light: the scene's shapes or lamps are others since it was baked" in told
+    assert told.startswith("camrig: bake: ") and "room.light: the scene's shapes, materials or lamps are others since it was baked" in told
     stale, _ = pictures(scene)
     (tmp_path / "room.light").unlink()
     assert (stale == pictures(scene)[0]).all()

@@ -17,6 +17,10 @@ void DrawPass::begin_instant() {
     gl_.CullFace(GL_BACK);
     // Alpha stays 255 in the picture whatever is blended over it.
     gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
+    // An instant that memory ended may have left these as they were within a pass.
+    end_blending();
+    end_shadows();
+    gl_.Disable(GL_SCISSOR_TEST);
     program_ = 0;
     material_ = nullptr;
     sides_ = -1;
@@ -98,11 +102,11 @@ void DrawPass::use_lights(const scene::PlacedSurface& surface) {
 }
 
 void DrawPass::use_sides(const scene::SeenSurface& seen, bool both) {
-    const bool is_double = both || scene_->of(seen).material->double_sided, is_mirrored = seen.placed->is_mirrored;
-    const int sides = is_double ? 2 + is_mirrored : static_cast<int>(is_mirrored);
+    const bool is_double = both || scene_->of(seen).material->double_sided, turns = seen.placed->turns_clockwise;
+    const int sides = is_double ? 2 + turns : static_cast<int>(turns);
     if (sides == sides_) return;
     sides_ = sides;
-    gl_.FrontFace(is_mirrored ? GL_CCW : GL_CW);
+    gl_.FrontFace(turns ? GL_CCW : GL_CW);
     if (is_double) {
         gl_.Disable(GL_CULL_FACE);
     } else {
@@ -123,7 +127,7 @@ std::span<const scene::SeenSurface> DrawPass::batch_of(std::span<const scene::Se
         // One vertex array and one material: the same shader.
         return other.material == surface.material && other.primitive->vertex_array == surface.primitive->vertex_array &&
                seen.placed->light_set == first.placed->light_set &&
-               seen.placed->is_mirrored == first.placed->is_mirrored &&
+               seen.placed->turns_clockwise == first.placed->turns_clockwise &&
                light_around(view_, *seen.placed) == light_around(view_, *first.placed);
     };
     draws = draws.first(std::min(draws.size(), max_batch));
@@ -273,6 +277,7 @@ void DrawPass::draw_truth(std::span<const scene::SeenSurface> draws) {
 
 void DrawPass::begin_shadows() {
     begin_instant();
+    view_.quality = world::Quality::beautiful;  // as which materials are sampled
     gl_.DepthFunc(GL_LESS);
     gl_.Enable(GL_DEPTH_CLAMP);
     gl_.Viewport(0, 0, shadow_map_side, shadow_map_side);

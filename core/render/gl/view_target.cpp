@@ -16,6 +16,7 @@ GlTexture storage(const GlFunctions& gl, GLenum format, ImageSize size, int samp
 
 Result<void> check_complete(const GlFunctions& gl, const GlFramebuffer& framebuffer, ImageSize size) {
     if (gl.CheckNamedFramebufferStatus(framebuffer.name(), GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return {};
+    is_out_of_memory(gl);  // said here: whoever asks next asks for something else
     return error(ErrorKind::resource_exhausted, "no memory on the device for a picture of " + size.to_string());
 }
 

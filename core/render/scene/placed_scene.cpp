@@ -85,6 +85,9 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
                                  : bounds_of(deform(surface).positions);
         }
         surface.is_mirrored = glm::determinant(glm::dmat3(surface.world_from_local)) < 0.0;
+        surface.turns_clockwise =
+            surface.is_mirrored !=
+            (prepared.is_deformed && world::deforming_mirrors(*source, pose, prepared.node, *primitive.source));
         surface.light_set = light_sets.add(
             primitive.is_lit ? lights_around(lights, exposure, surface.world_from_local, surface.bounds) : LightSet{});
     }

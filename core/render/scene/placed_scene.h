@@ -47,7 +47,8 @@ struct PlacedSurface {
     int light_set = 0;     ///< into PlacedScene::light_sets; that of what is not lit is empty
     /// Of its rectangle in the map of baked light; nullopt: it has none, or does not stand as it did then.
     std::optional<glm::ivec2> light_map_at{};
-    bool is_mirrored = false;
+    bool is_mirrored = false;        ///< by world_from_local
+    bool turns_clockwise = false;    ///< corners that run counter-clockwise in the file, seen from the front
     bool is_contact_shadow = false;  ///< not at quality fast
     int deformation = -1;            ///< into those of its PlacedSurfaces; -1: rigid
     std::size_t index = 0;           ///< into PlacedSurfaces::all

@@ -50,10 +50,11 @@ PreparedModel prepare_model(const world::ModelRef& model) {
         const std::size_t number =
             first_of_mesh[static_cast<std::size_t>(node.mesh)] + static_cast<std::size_t>(surface.primitive);
         const PreparedPrimitive& primitive = prepared.primitives[number];
-        prepared.surfaces.push_back({.node = surface.node,
-                                     .primitive = &primitive,
-                                     .is_deformed = is_deformed(*model, surface.node),
-                                     .is_skinned = node.skin >= 0 && primitive.source->targets.empty()});
+        prepared.surfaces.push_back(
+            {.node = surface.node,
+             .primitive = &primitive,
+             .is_deformed = is_deformed(*model, surface.node),
+             .is_skinned = node.skin >= 0 && primitive.source->targets.empty() && !primitive.source->joints.empty()});
     }
     prepared.body = body_of(*model);
     return prepared;

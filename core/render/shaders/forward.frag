@@ -40,6 +40,14 @@ layout(location = 0) out vec4 out_pixel;
 vec3 mapped_normal(vec3 n) {
     vec3 m = texture(normal_texture, in_uv[NORMAL_UV]).xyz * 2.0 - 1.0;
     m.xy *= material.factors.z;
+#ifdef DOUBLE_SIDED
+    // The back has the whole of the front's normal turned round; n is already.
+#ifdef HAS_TANGENT
+    if (!gl_FrontFacing) m.x = -m.x;
+#else
+    if (!gl_FrontFacing) m.xy = -m.xy;
+#endif
+#endif
 #ifdef HAS_TANGENT
     vec3 t = normalize(in_tangent.xyz - n * dot(n, in_tangent.xyz));
     vec3 b = cross(n, t) * in_tangent.w;

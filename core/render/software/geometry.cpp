@@ -169,7 +169,7 @@ void ViewGeometry::add_triangles(const ViewDraw& draw, const SoftwarePrimitive& 
         has_outlines_ ? &primitive.neighbors->of(primitive, *draw.primitive, draw.level) : nullptr;
     TriangleRule rule{.draw = static_cast<std::uint32_t>(draws_.size()),
                       .first_vertex = draw.first_vertex,
-                      .is_mirrored = draw.placed->is_mirrored,
+                      .turns_clockwise = draw.placed->turns_clockwise,
                       .is_double_sided = has_both_sides_ || draw.primitive->material->double_sided,
                       .keeps_thin = has_outlines_,
                       .neighbors = neighbors};

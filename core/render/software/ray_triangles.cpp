@@ -173,7 +173,7 @@ CAMRIG_LANES void assemble_rays_body(const scene::TriangleCorners& corners, cons
         const IntLanes is_turned = volume < Doubles{};
         const IntLanes has_volume = (is_turned | (Doubles{} < volume)) & (magnitude(volume) < Doubles{} + most_volume);
         // Rows run down, so what is counter-clockwise in the world has a negative volume.
-        const IntLanes is_front = rule.is_mirrored ? ~is_turned : is_turned;
+        const IntLanes is_front = rule.turns_clockwise ? ~is_turned : is_turned;
         const IntLanes is_seen = rule.is_double_sided ? IntLanes{} - 1 : is_front;
         // Between ends that the lens shows a short edge is bent by no more than this: its box is known.
         const IntLanes has_box = is_short & ((any & outside_end) == 0);

@@ -95,7 +95,7 @@ CAMRIG_LANES void assemble_body(const scene::TriangleCorners& corners, const Scr
         const IntLanes y1 = (max(y[0], max(y[1], y[2])) >> bits) + 1;
         // Rows run down, so what is counter-clockwise in the world is negative here.
         const IntLanes is_turned = sign < 0.0f;
-        const IntLanes is_front = rule.is_mirrored ? ~is_turned : is_turned;
+        const IntLanes is_front = rule.turns_clockwise ? ~is_turned : is_turned;
         const IntLanes is_seen = rule.is_double_sided ? IntLanes{} - 1 : is_front;
         const IntLanes has_middles = rule.keeps_thin ? IntLanes{} - 1 : (x0 < x1) & (y0 < y1);
         const IntLanes is_kept = may_show & is_whole & is_seen & (sign != 0.0f) & has_middles;

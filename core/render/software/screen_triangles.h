@@ -49,7 +49,7 @@ void project(const ViewTransform& view, const glm::dmat4& optical_from_local, co
 struct TriangleRule {
     std::uint32_t draw = 0;
     std::uint32_t first_vertex = 0;  ///< corners count from here in ViewGeometry::vertices
-    bool is_mirrored = false, is_double_sided = false;
+    bool turns_clockwise = false, is_double_sided = false;
     bool keeps_thin = false;                   ///< also triangles between the middles of pixels, and the outline
     const MeshNeighbors* neighbors = nullptr;  ///< of the triangles; null: every edge is of the outline
 };

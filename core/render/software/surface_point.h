@@ -153,13 +153,17 @@ CAMRIG_LANES SurfacePoints points_of(const ViewGeometry& geometry, const ViewDra
         const Lanes3 normal = vector({&draw.normals->x, 3, offsetof(VertexValues, normal)});
         points.normal = where_front(normal, {-normal.x, -normal.y, -normal.z});
     }
+    // The back has the whole of the front's mapped normal turned round.
     if (is_all && draw.tangents != nullptr) {
         const auto tangent =
             interpolated.template operator()<4>({&draw.tangents->x, 4, offsetof(VertexValues, tangent)});
-        points.tangent = {tangent[0], tangent[1], tangent[2]};
-        points.tangent_side = tangent[3];
+        points.tangent = where_front({tangent[0], tangent[1], tangent[2]}, {-tangent[0], -tangent[1], -tangent[2]});
+        points.tangent_side = triangles.where_front(tangent[3], -tangent[3]);
     } else if (is_all && draw.textures[normal_slot] != nullptr) {
         find_tangents(draw, triangles, points);
+        const Lanes3 u = points.tangent, v = points.v_grows;
+        points.tangent = where_front(u, {-u.x, -u.y, -u.z});
+        points.v_grows = where_front(v, {-v.x, -v.y, -v.z});
     }
     for (std::size_t slot = 0; slot < texture_slot_count; ++slot) {
         if (draw.textures[slot] == nullptr || (!is_all && slot != base_color_slot)) continue;

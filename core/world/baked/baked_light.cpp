@@ -68,6 +68,8 @@ void add(KeyMaker& key, const Material& material) {
     key.add(material.base_color);
     add(key, material.base_color_texture);
     key.add(material.metallic);
+    key.add(material.roughness);
+    add(key, material.metallic_roughness_texture);
     key.add(material.emissive);
     add(key, material.emissive_texture);
     key.add(material.alpha_mode);

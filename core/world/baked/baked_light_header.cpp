@@ -48,7 +48,8 @@ public:
         if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
         light_.key = light_key(scene_);
         if (key != hex(light_.key))
-            return error(ErrorKind::unsupported, "the scene's shapes or lamps are others since it was baked");
+            return error(ErrorKind::unsupported,
+                         "the scene's shapes, materials or lamps are others since it was baked");
         return std::move(header_);
     }
 

@@ -54,8 +54,11 @@ void let_through(const tinygltf::ExtensionMap& extensions, const std::string& pl
     const tinygltf::Value& value = found->second.Get("transmissionFactor");
     const std::string at = place + ".extensions.KHR_materials_transmission.transmissionFactor";
     require(value.IsNumber(), at, "expected a number");
-    to.transmission = factor(value.GetNumberAsDouble(), 1.0, at);
-    if (to.transmission == 0.0f) return;
+    const float transmission = factor(value.GetNumberAsDouble(), 1.0, at);
+    // What is cut out by alpha stays so: it is there or not.
+    if (transmission == 0.0f || to.alpha_mode == AlphaMode::mask) return;
+    to.transmission = transmission;
+    if (to.alpha_mode == AlphaMode::opaque) to.base_color.a = 1.0f;
     const glm::vec3 color(to.base_color);
     const float kept = 1.0f - to.transmission * (color.r + color.g + color.b) / 3.0f;
     to.base_color = glm::vec4(color * ((1.0f - to.transmission) / std::max(kept, 1e-3f)), to.base_color.a * kept);
@@ -238,6 +241,10 @@ std::vector<Material> read_materials(const Document& document) {
         const nlohmann::json::json_pointer variants("/extras/camrig_variants");
         if (source.contains(variants))
             made.variants = read_variants(source[variants], place + ".extras.camrig_variants");
+        // A look's color takes the place of the base color, but by a factor: it needs one.
+        constexpr float least_color = 1e-4f;
+        if (!made.variants.colors.empty())
+            made.base_color = {glm::max(glm::vec3(made.base_color), least_color), made.base_color.a};
     }
     return out;
 }

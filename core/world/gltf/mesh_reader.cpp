@@ -215,7 +215,7 @@ Primitive read_primitive(const Document& document, const tinygltf::Primitive& fr
     primitive.indices = to_list(mode, std::move(indices));
     if (primitive.topology == Topology::triangles && primitive.normals.empty() && !primitive.indices.empty()) {
         require(primitive.indices.size() <= max_vertices, place, "too many triangles without normals");
-        budget.take(primitive.indices.size() * (120 + 12 * primitive.targets.size()), place);
+        budget.take(primitive.indices.size() * (132 + 24 * primitive.targets.size()), place);
         make_flat(primitive);
     }
     primitive.bounds = bounds_of(primitive.positions);

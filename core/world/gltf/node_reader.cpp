@@ -184,7 +184,7 @@ void read_hierarchy(const Document& document, Model& model) {
     }
 }
 
-Skin read_skin(const Document& document, std::size_t index, const AccessorReader& accessors) {
+Skin read_skin(const Document& document, std::size_t index, const AccessorReader& accessors, Budget& budget) {
     const tinygltf::Skin& from = document.gltf.skins[index];
     const std::string place = item("skins", index);
     Skin skin;
@@ -196,6 +196,7 @@ Skin read_skin(const Document& document, std::size_t index, const AccessorReader
         require(joint >= 0 && joint < std::ssize(document.gltf.nodes), place + ".joints",
                 "node " + std::to_string(joint) + " of " + std::to_string(document.gltf.nodes.size()));
     }
+    budget.take(skin.joints.size() * sizeof(glm::dmat4), place + ".joints");
     skin.inverse_bind.assign(skin.joints.size(), glm::dmat4(1.0));
     if (from.inverseBindMatrices < 0) return skin;
     const std::string at = place + ".inverseBindMatrices";
@@ -280,9 +281,9 @@ std::vector<ModelLight> read_lights(const json& root) {
 
 }  // namespace
 
-void read_nodes(const Document& document, const AccessorReader& accessors, Model& model) {
+void read_nodes(const Document& document, const AccessorReader& accessors, Budget& budget, Model& model) {
     for (std::size_t i = 0; i < document.gltf.skins.size(); ++i)
-        model.skins.push_back(read_skin(document, i, accessors));
+        model.skins.push_back(read_skin(document, i, accessors, budget));
     for (std::size_t i = 0; i < document.gltf.cameras.size(); ++i)
         model.cameras.push_back(read_camera(document.gltf.cameras[i], item("cameras", i)));
     model.lights = read_lights(document.json);

@@ -70,6 +70,23 @@ Indices to_list(Mode mode, Indices indices) {
     return indices;
 }
 
+namespace {
+
+/// Of triangles that share no corners.
+std::vector<glm::vec3> flat_normals(const std::vector<glm::vec3>& positions) {
+    std::vector<glm::vec3> normals(positions.size());
+    for (std::size_t i = 0; i + 2 < positions.size(); i += 3) {
+        const glm::dvec3 a(positions[i]), b(positions[i + 1]), c(positions[i + 2]);
+        const glm::dvec3 normal = glm::cross(b - a, c - a);
+        const double length = glm::length(normal);
+        const glm::vec3 unit = length > 0.0 ? glm::vec3(normal / length) : glm::vec3(0.0f, 1.0f, 0.0f);
+        for (std::size_t corner = 0; corner < 3; ++corner) normals[i + corner] = unit;
+    }
+    return normals;
+}
+
+}  // namespace
+
 void make_flat(Primitive& primitive) {
     const Indices& indices = primitive.indices;
     primitive.positions = gather(primitive.positions, indices);
@@ -77,20 +94,19 @@ void make_flat(Primitive& primitive) {
     primitive.colors = gather(primitive.colors, indices);
     primitive.joints = gather(primitive.joints, indices);
     primitive.weights = gather(primitive.weights, indices);
-    for (MorphTarget& target : primitive.targets) {
-        target.positions = gather(target.positions, indices);
-        target.normals.clear();
-    }
+    for (MorphTarget& target : primitive.targets) target.positions = gather(target.positions, indices);
     primitive.tangents.clear();  // meaningless without the file's own normals
     std::iota(primitive.indices.begin(), primitive.indices.end(), 0u);
 
-    primitive.normals.resize(primitive.positions.size());
-    for (std::size_t i = 0; i + 2 < primitive.positions.size(); i += 3) {
-        const glm::dvec3 a(primitive.positions[i]), b(primitive.positions[i + 1]), c(primitive.positions[i + 2]);
-        const glm::dvec3 normal = glm::cross(b - a, c - a);
-        const double length = glm::length(normal);
-        const glm::vec3 unit = length > 0.0 ? glm::vec3(normal / length) : glm::vec3(0.0f, 1.0f, 0.0f);
-        for (std::size_t corner = 0; corner < 3; ++corner) primitive.normals[i + corner] = unit;
+    primitive.normals = flat_normals(primitive.positions);
+    // Of each target by itself (glTF 2.0, 3.7.2.2); several at once are added, as file's normals are.
+    for (MorphTarget& target : primitive.targets) {
+        target.normals.clear();
+        if (target.positions.empty()) continue;
+        std::vector<glm::vec3> moved(primitive.positions);
+        for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += target.positions[i];
+        target.normals = flat_normals(moved);
+        for (std::size_t i = 0; i < moved.size(); ++i) target.normals[i] -= primitive.normals[i];
     }
 }
 

@@ -87,6 +87,50 @@ TEST(Bake, ALampThatIsASurfaceIsMetByEveryPlace) {
         << "the block hides it; without it there would be half as much as below the lamp";
 }
 
+/// The lamp's two triangles have their middles below the floor. A wall of light of radiance 1, h high and 2 w wide, d
+/// away: its upper part alone is seen (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-4).
+TEST(Bake, ALampThatMostlyLiesBelowTheFloorLightsIt) {
+    const double l = 10.0, h = 1.0, w = 1.0, d = 3.5;
+    auto scene = std::make_shared<world::Scene>(*scene_of({ground, {"wall", {d + 0.5, 0, h - 3}, {1, 2 * w, 3}, 0.0}}));
+    auto glowing = std::make_shared<world::Model>(*scene->models.at("wall").model);
+    for (world::Material& material : glowing->materials) material.emissive = glm::vec3(static_cast<float>(l));
+    scene->models.at("wall").model = glowing;
+    const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 1024, .probe_spacing_m = 4.0});
+    const double far = std::hypot(d, h);
+    const double seen = (std::atan(w / d) - d / far * std::atan(w / far)) / std::numbers::pi;
+    EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, l * seen,
+                0.03 * l * seen);
+}
+
+/// A thin sign that is dark where the middles of its two triangles are.
+TEST(Bake, ALampWithDarkPlacesInItsTextureIsMet) {
+    const double l = 100.0, side = 0.1, d = 2.0;
+    auto scene = std::make_shared<world::Scene>(*scene_of({ground, {"lamp", {0, 0, d}, {side, side, 0.001}, 0.0}}));
+    auto glowing = std::make_shared<world::Model>(*scene->models.at("lamp").model);
+    constexpr int size = 12, dark = 6;
+    world::Image sign{{size, size}, std::vector<std::uint8_t>(std::size_t{4} * size * size, 255)};
+    double lit = 0.0;
+    for (int y = 0; y < size; ++y) {
+        for (int x = 0; x < size; ++x) {
+            const bool is_dark = std::abs(2 * x + 1 - size) < dark && std::abs(2 * y + 1 - size) < dark;
+            lit += is_dark ? 0.0 : 1.0 / (size * size);
+            for (std::size_t i = 0; i < 3; ++i)
+                sign.rgba[4 * static_cast<std::size_t>(y * size + x) + i] = is_dark ? 0 : 255;
+        }
+    }
+    glowing->textures.push_back({.image = static_cast<int>(glowing->images.size()), .sampler = {}});
+    glowing->images.push_back(std::move(sign));
+    for (world::Material& material : glowing->materials) {
+        material.emissive = glm::vec3(static_cast<float>(l));
+        material.emissive_texture.texture = static_cast<int>(glowing->textures.size()) - 1;
+    }
+    scene->models.at("lamp").model = glowing;
+    const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 1024, .probe_spacing_m = 4.0});
+    const double below = lit * l * side * side / (std::numbers::pi * d * d);
+    EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, below,
+                0.04 * below);
+}
+
 TEST(Bake, ALampsShadowIsDark) {
     const auto scene = scene_of({ground, {"block", {1, 0, 0}, {0.5, 0.5, 0.5}, 0.0}},
                                 R"(, "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 1]}])");

@@ -1,10 +1,15 @@
 #include "core/world/baked/baked_light_file.h"
 
+#include <filesystem>
+#include <fstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "core/base/random.h"
 #include "core/world/baked/baked_light_header.h"
+#include "core/world/scene_check.h"
 #include "tests/unit/bake/scenes.h"
 
 namespace camrig::world {
@@ -46,6 +51,24 @@ TEST_F(BakedFile, IsOfOneStateOfItsScene) {
     const auto stronger = bake::scene_of(
         boxes, R"(, "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 1], "intensity": 3}])");
     EXPECT_TRUE(decode_baked_light(bytes, *stronger).has_value()) << "strengths are not baked";
+    Scene mirroring = *scene;
+    auto block = std::make_shared<Model>(*mirroring.models.at("block").model);
+    block->materials.front().roughness = 0.0f;
+    mirroring.models.at("block").model = block;
+    EXPECT_FALSE(decode_baked_light(bytes, mirroring).has_value()) << "what is mirrored is baked where mirrors are";
+}
+
+TEST_F(BakedFile, OfAnotherStateIsNoErrorOfTheScene) {
+    const auto folder = std::filesystem::temp_directory_path() / ("camrig_light_of_" + std::to_string(::getpid()));
+    std::filesystem::create_directories(folder);
+    std::ofstream(folder / "x.json") << R"({"camrig_scene": 1, "name": "x", "models": {"box": {"shape": "box"}},
+        "objects": [{"name": "other", "model": "box"}]})";
+    std::ofstream(folder / "x.light", std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    const SceneCheck check = check_scene(folder / "x.json");
+    std::filesystem::remove_all(folder);
+    EXPECT_NE(check.scene, nullptr);
+    EXPECT_THAT(check.errors, testing::IsEmpty());
 }
 
 TEST_F(BakedFile, TakesNoMemoryForMoreTexelsThanCanBe) {

@@ -10,6 +10,7 @@
 
 #include "core/world/daylit.h"
 #include "core/world/scene.h"
+#include "core/world/scene_check.h"
 #include "tests/unit/world/world_fixture.h"
 
 namespace camrig::world {
@@ -302,6 +303,21 @@ TEST(Clouds, ComeByEvents) {
     EXPECT_NE(world->state_hash().value, before.value);
 }
 
+TEST(Act, DaylightLeavesTheOtherLightsTheirNumbers) {
+    auto world = World::create(empty_scene(), 1).value();
+    world->advance_to(0);
+    const auto lights = [&] { return world->snapshot(0)->statics->lights; };
+    const std::string first = lights().at(0).name;
+    const std::size_t before = lights().size();
+    ASSERT_TRUE(world->act(event(R"({"name": "x", "when": {"at_s": 99}, "do": [{"action": "environment",
+                                     "daylight": {"azimuth_deg": 90, "elevation_deg": 60}}]})")
+                               .actions));
+    EXPECT_EQ(lights().at(0).name, first) << "baked light counts them";
+    ASSERT_EQ(lights().size(), before + 1);
+    EXPECT_EQ(lights().back().name, sun_name);
+    EXPECT_GT(lights().back().intensity, 0.0f);
+}
+
 TEST(Act, DoesWhatAnEventWouldOrNothingWhereANameIsUnknown) {
     auto scene = empty_scene();
     auto world = World::create(scene, 1).value();
@@ -448,6 +464,34 @@ TEST(SceneBase, IsAShippedSceneOrAFileOfTheFolder) {
     EXPECT_THAT(on("../scene.json").error().message, HasSubstr("base: must be a .json file of the same folder"));
     EXPECT_THAT(on("missing.json").error().message, HasSubstr("missing.json: no such file"));
     EXPECT_THAT(on("on.json").error().message, HasSubstr("base: more than 8 files stand on each other"));
+}
+
+TEST(SceneBase, MustBeAnObjectOfItsFolderOrShipped) {
+    const auto on = [](const std::string& base) {
+        return load_scene(written({{"camrig_scene", 1}, {"name", "x"}, {"base", base}}, "on.json"));
+    };
+    for (const json& below : {json::array(), json(5), json("x"), json(nullptr)}) {
+        written(below, "below.json");
+        const auto scene = on("below.json");
+        ASSERT_FALSE(scene) << below;
+        EXPECT_THAT(scene.error().message, HasSubstr("below.json: expected an object, got"));
+        EXPECT_FALSE(check_scene(written({{"camrig_scene", 1}, {"name", "x"}, {"base", "below.json"}})).scene);
+    }
+    const auto file = written(by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}}), "below.json");
+    for (const std::string& elsewhere : {file.string(), std::string("../below.json"), std::string("minimal.json")})
+        EXPECT_THAT(on("camrig:" + elsewhere).error().message, HasSubstr("no scene of this name")) << elsewhere;
+    EXPECT_TRUE(on("camrig:street-night")) << "which stands on another, by a name of its folder";
+}
+
+TEST(SceneBase, WhatIsTakenAwayNeedNotBeThere) {
+    written({{"camrig_scene", 1}, {"name", "bare"}, {"models", json::object()}}, "bare.json");
+    const auto scene = load_scene(written({{"camrig_scene", 1},
+                                           {"name", "x"},
+                                           {"base", "bare.json"},
+                                           {"environment", {{"fog", nullptr}, {"exposure", 3}}}},
+                                          "on.json"));
+    ASSERT_TRUE(scene) << scene.error().message;
+    EXPECT_EQ((*scene)->environment.exposure, 3.0f);
 }
 
 }  // namespace

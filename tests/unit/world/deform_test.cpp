@@ -70,6 +70,19 @@ TEST(DeformVertices, MorphTargetsAddTheirShare) {
     EXPECT_EQ(p[1], glm::vec3(1, -0.25f, 0));
 }
 
+TEST(DeformVertices, FlatNormalsAreThoseOfTheMovedTriangle) {
+    GlbBuilder glb;
+    const int delta = glb.floats({0, 0, 0, 0, 0, 0, 0, -1, 1}, "VEC3");  // the third corner, from y to z
+    glb.mesh({0, 0, 0, 1, 0, 0, 0, 1, 0}, {{"targets", {{{"POSITION", delta}}}}});
+    glb.json["nodes"][0]["weights"] = {1.0};
+    const auto model = load(glb);
+    PosedModel pose;
+    pose_model(*model, {}, pose);
+    std::vector<glm::vec3> p(3), n(3);
+    deform_vertices(*model, pose, 0, model->meshes[0].primitives[0], p, n);
+    for (const glm::vec3& normal : n) EXPECT_EQ(normal, glm::vec3(0, 0, -1)) << "of file axes 0, -1, 0";
+}
+
 /// Random vertices on `joints` moved joints, each vertex with up to four of them.
 ModelRef random_skin(int vertices, int joints) {
     std::vector<float> points, weights;

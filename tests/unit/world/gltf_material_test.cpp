@@ -127,6 +127,21 @@ TEST(GltfMaterials, OfGlassAreBlendedByWhatTheyLetThrough) {
     EXPECT_THAT(wrong.error().message, HasSubstr("transmissionFactor: expected a number"));
 }
 
+TEST(GltfMaterials, GlassHasTheAlphaThatItsModeHas) {
+    const auto glass = [](const char* mode) {
+        auto model =
+            load(with_material({{"alphaMode", mode},
+                                {"alphaCutoff", 0.25},
+                                {"pbrMetallicRoughness", {{"baseColorFactor", {1, 1, 1, 0.5}}}},
+                                {"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0.8}}}}}}));
+        return (*model.value()).materials[0];
+    };
+    EXPECT_NEAR(glass("OPAQUE").base_color.a, 0.2, 1e-6) << "its alpha counts for nothing";
+    EXPECT_NEAR(glass("BLEND").base_color.a, 0.1, 1e-6);
+    EXPECT_EQ(glass("MASK").alpha_mode, AlphaMode::mask) << "what is cut out is cut out";
+    EXPECT_EQ(glass("MASK").base_color, glm::vec4(1.0f, 1.0f, 1.0f, 0.5f));
+}
+
 json base_texture(json info) {
     return {{"pbrMetallicRoughness", {{"baseColorTexture", std::move(info)}}}};
 }

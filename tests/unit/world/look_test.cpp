@@ -75,6 +75,14 @@ TEST(Looks, TheColorIsThatOfTheVariantWhateverTheFileHas) {
     EXPECT_EQ(model->meshes[0].primitives[0].colors.size(), 3u);
 }
 
+TEST(Looks, TheColorMayHaveWhatTheFilesHasNot) {
+    json material = variants({{"colors", {{0.0, 0.25, 1.0}}}});
+    material["pbrMetallicRoughness"]["baseColorFactor"] = {1.0, 0.0, 0.0, 1.0};
+    const ModelRef model = with_materials({material}).value();
+    const glm::vec3 color = look_of(*model, 3).at(0).tint * glm::vec3(model->materials[0].base_color);
+    EXPECT_NEAR(glm::distance(color, glm::vec3(0.0f, 0.25f, 1.0f)), 0.0f, 1e-6f);
+}
+
 TEST(Looks, WrongVariantsAreErrorsWithTheirPlace) {
     const std::pair<json, const char*> cases[] = {
         {json::array(), "materials[0].extras.camrig_variants: expected an object"},
