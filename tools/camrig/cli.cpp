@@ -1,6 +1,7 @@
 #include "tools/camrig/cli.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <ostream>
 #include <utility>
@@ -84,6 +85,27 @@ std::string unexpected_word(const CLI::App& app) {
     return command + ": no option " + name + did_you_mean(similar);
 }
 
+/// What CLI11 says of a wrong value, in the words of the other messages; what is put otherwise stays as it is.
+std::string wrong_value(const CLI::ParseError& problem) {
+    const std::string text = problem.what();
+    const auto parts = [&](std::string_view first, std::string_view second) {
+        const std::size_t a = text.find(first), b = text.rfind(second);
+        if (a == std::string::npos || b == std::string::npos || b < a + first.size())
+            return std::array<std::string, 3>{};
+        return std::array{text.substr(0, a), text.substr(a + first.size(), b - a - first.size()),
+                          text.substr(b + second.size())};
+    };
+    if (const auto [before, option, given] = parts("Could not convert: ", " = "); !option.empty())
+        return option + ": expected a number, got '" + given + "'";
+    if (const auto [option, given, type] = parts(": Failed parsing ", " as a "); !option.empty())
+        return option + ": expected a number, got '" + given + "'";
+    if (const auto [option, given, range] = parts(": Value ", " not in range "); !option.empty())
+        return option + ": must be a number from " + range + ", got '" + given + "'";
+    if (const auto [option, count, type] = parts(": ", " required "); !option.empty() && type.ends_with(" missing"))
+        return option + ": its value is missing";
+    return text;
+}
+
 }  // namespace
 
 int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
@@ -142,7 +164,7 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
         // Its name is that of the command, not of the error.
         if (problem.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError))
             return context.usage(unexpected_word(app) + " (camrig --help, camrig COMMAND --help)");
-        return context.usage(std::string(problem.what()) + " (camrig --help, camrig COMMAND --help)");
+        return context.usage(wrong_value(problem) + " (camrig --help, camrig COMMAND --help)");
     } catch (const nlohmann::json::exception& problem) {
         return context.fail(unexpected_answer(problem));
     } catch (const std::exception& problem) {

@@ -131,18 +131,26 @@ void add_event_wait(CLI::App& group, CliContext& context) {
     struct Options {
         std::uint64_t since = 0;
         double timeout_s = 10.0;
+        bool is_new = false;
     };
     auto options = std::make_shared<Options>();
     CLI::App* wait = group.add_subcommand("wait", "shows the events that have fired; waits for one");
-    wait->add_option("--since", options->since, "number of the last event that is known")->capture_default_str();
+    auto* const since =
+        wait->add_option("--since", options->since, "number of the last event that is known")->capture_default_str();
+    wait->add_flag("--new", options->is_new, "only of what fires from now on")->excludes(since);
     wait->add_option("--timeout", options->timeout_s, "longest wait, in seconds")
         ->check(CLI::Range(0.0, 300.0))
         ->capture_default_str();
     wait->callback([options, &context] {
         context.action = [options, &context] {
+            json last = options->since;
+            if (options->is_new) {
+                const auto before = context.call("event.wait", {{"timeout_s", 0}});
+                if (!before) return context.fail(before.error());
+                last = (*before).at("last");
+            }
             const auto patience = std::chrono::seconds(static_cast<int>(options->timeout_s) + 20);
-            auto log =
-                context.call("event.wait", {{"since", options->since}, {"timeout_s", options->timeout_s}}, patience);
+            const auto log = context.call("event.wait", {{"since", last}, {"timeout_s", options->timeout_s}}, patience);
             if (!log) return context.fail(log.error());
             std::vector<std::vector<std::string>> rows{{"NUMBER", "EVENT", "ACTOR", "DATA", "TIME"}};
             for (const json& event : (*log).at("events"))

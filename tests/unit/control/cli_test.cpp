@@ -369,6 +369,11 @@ TEST_F(Cli, OptionsOfMethodsHaveTheJsonTypeOfTheirField) {
     EXPECT_EQ(json_of({"object", "set", "--hidden", "table", "--scale", "0.5"})["hidden"], true);
     EXPECT_EQ(json_of({"object", "set", "table", "--shown"})["hidden"], false);
     EXPECT_EQ(json_of({"event", "add", "alarm", "--when", R"({"at_s": 3})", "--limit", "2"})["limit"], 2);
+    const json fired = json_of({"event", "wait", "--timeout", "0"});
+    ASSERT_FALSE(fired["events"].empty());
+    const json none = json_of({"event", "wait", "--new", "--timeout", "0"});
+    for (const json& event : none["events"]) EXPECT_GT(event["sequence"], fired["last"]);
+    EXPECT_EQ(run({"event", "wait", "--new", "--since", "1"}).code, 2);
     EXPECT_EQ(run({"object", "set", "table", "--hidden", "--shown"}).code, 2);
     EXPECT_EQ(json_of({"object", "set", "table", "--no-hidden"})["hidden"], false);
     EXPECT_EQ(run({"actor", "set", "anna", "--detach", "perhaps"}).code, 2);
@@ -504,6 +509,16 @@ TEST_F(Cli, AnOptionThatIsNoneIsNamedWithWhatItMayHaveMeant) {
     EXPECT_THAT(at_rig({"exec", "v4l2-ctl", "-d", "/dev/video0"}).err,
                 HasSubstr("no option -d of its own; the program and its options come after --"));
     EXPECT_THAT(at_rig({"camera", "get", "a", "b"}).err, HasSubstr("camera get: 'b' is one word more"));
+}
+
+TEST_F(Cli, AWrongValueIsShownWithWhatWouldBeRight) {
+    EXPECT_THAT(at_rig({"world", "step", "--seconds", "abc"}).err,
+                HasSubstr("--seconds: expected a number, got 'abc'"));
+    EXPECT_THAT(at_rig({"serve", "x", "--http", "65536"}).err,
+                HasSubstr("--http: must be a number from 0 to 65535, got '65536'"));
+    EXPECT_THAT(at_rig({"camera", "create", "a", "--vfov-deg", "--size", "64x48"}).err,
+                HasSubstr("--vfov-deg: expected a number, got '--size'"));
+    EXPECT_THAT(run({"camera", "create", "a", "--vfov-deg"}).err, HasSubstr("--vfov-deg: its value is missing"));
 }
 
 TEST_F(Cli, ARateThatIsNoneIsNamedOnce) {
