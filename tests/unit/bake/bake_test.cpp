@@ -102,6 +102,22 @@ TEST(Bake, ALampThatMostlyLiesBelowTheFloorLightsIt) {
                 0.03 * l * seen);
 }
 
+TEST(Bake, BesideALargeLampItIsAsBrightAsItsSizeSays) {
+    for (const double d : {0.75, 1.0, 2.0}) {
+        const double l = 10.0, h = 2.0, w = 2.0;
+        auto scene = std::make_shared<world::Scene>(*scene_of({ground, {"wall", {d + 0.5, 0, 0}, {1, 2 * w, h}, 0.0}}));
+        auto glowing = std::make_shared<world::Model>(*scene->models.at("wall").model);
+        for (world::Material& material : glowing->materials) material.emissive = glm::vec3(static_cast<float>(l));
+        scene->models.at("wall").model = glowing;
+        const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 256, .probe_spacing_m = 4.0});
+        const double far = std::hypot(d, h);
+        const double seen = (std::atan(w / d) - d / far * std::atan(w / far)) / std::numbers::pi;
+        EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, l * seen,
+                    0.05 * l * seen)
+            << d;
+    }
+}
+
 /// A thin sign that is dark where the middles of its two triangles are.
 TEST(Bake, ALampWithDarkPlacesInItsTextureIsMet) {
     const double l = 100.0, side = 0.1, d = 2.0;
