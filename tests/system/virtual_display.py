@@ -49,12 +49,15 @@ class VirtualDisplay:
     def click(self, x: int, y: int, button: int = 1):
         self.xdotool("mousemove", x, y, "sleep", 0.1, "click", button)
 
+    def around(self, place):
+        """What is shown there."""
+        return self.picture()[place[1] - 8:place[1] + 8, place[0] - 40:place[0] + 40]
+
     def click_to_change(self, at, shown):
         """Clicks and waits until what it is to bring is around the place `shown`."""
-        around = lambda: self.picture()[shown[1] - 8:shown[1] + 8, shown[0] - 40:shown[0] + 40]
-        before = around()
+        before = self.around(shown)
         self.click(*at)
-        wait_until(lambda: not np.array_equal(around(), before), what=f"the picture around {shown} to change")
+        wait_until(lambda: not np.array_equal(self.around(shown), before), what=f"the picture around {shown} to change")
 
     def drag(self, start, end, button: int = 1, steps: int = 8):
         """Presses at start, goes to end in a few moves, as a hand does, and lets go there."""
