@@ -176,9 +176,21 @@ std::optional<TimeNs> time_of_text(std::string_view text) {
     if (!when.ok() || year < 1900 || year > 2200 || hour > 23 || minute > 59 || second > 60) return std::nullopt;
     std::string_view rest = std::string_view(date).substr(static_cast<std::size_t>(used));
     if (rest.starts_with('.')) rest.remove_prefix(std::min(rest.find_first_not_of("0123456789", 1), rest.size()));
-    if (!rest.empty() && rest != "Z" && rest != "+00:00") return std::nullopt;
+    std::chrono::minutes ahead{0};  // of UTC
+    if (!rest.empty() && rest != "Z") {
+        constexpr unsigned most_hours = 14;
+        char sign = 0;
+        unsigned hours = 0, minutes = 0;
+        int all = 0;
+        if (std::sscanf(rest.data(), "%c%2u:%2u%n", &sign, &hours, &minutes, &all) != 3 ||
+            static_cast<std::size_t>(all) != rest.size() || (sign != '+' && sign != '-') || hours > most_hours ||
+            minutes > 59)
+            return std::nullopt;
+        ahead = std::chrono::hours(hours) + std::chrono::minutes(minutes);
+        if (sign == '-') ahead = -ahead;
+    }
     const auto seconds = std::chrono::sys_days(when).time_since_epoch() + std::chrono::hours(hour) +
-                         std::chrono::minutes(minute) + std::chrono::seconds(second);
+                         std::chrono::minutes(minute) + std::chrono::seconds(second) - ahead;
     return std::chrono::nanoseconds(seconds).count();
 }
 

@@ -66,7 +66,7 @@ Answered<void> EventDesk::unsubscribe(const std::string& device, std::uint64_t n
     {
         const std::lock_guard lock(mutex_);
         done = points_.unsubscribe(device, number, monotonic_now_ns(), due);
-        if (points_.empty()) rest();
+        if (!points_.hears_inputs()) rest();
     }
     answers_->wake();
     call(std::move(due));
@@ -101,7 +101,7 @@ void EventDesk::run() {
         {
             const std::lock_guard lock(mutex_);
             points_.expire(monotonic_now_ns(), due_);
-            if (points_.empty()) rest();
+            if (!points_.hears_inputs()) rest();
             if ((points_.wanted({}) & picture_topics()).none()) forget_pictures();
             end_pulses(monotonic_now_ns());
         }
@@ -207,21 +207,22 @@ void EventDesk::ask() {
     std::unique_lock lock(mutex_);
     if (points_.empty()) return;
     const TimeNs now_ns = monotonic_now_ns();
-    const EventTopics wanted = points_.wanted({});
-    const bool lists = !lists_ && now_ns >= next_look_ns_ && (wanted & picture_topics()).any();
-    const bool waits =
-        !waits_ && now_ns >= next_wait_ns_ && wanted.test(static_cast<std::size_t>(EventTopic::digital_input));
+    const bool lists = !lists_ && now_ns >= next_look_ns_ && (points_.wanted({}) & picture_topics()).any();
+    const bool waits = !waits_ && now_ns >= next_wait_ns_ && points_.hears_inputs();
     if (now_ns >= next_look_ns_) next_look_ns_ = now_ns + period_ns;
     lists_ |= lists;
     waits_ |= waits;
+    // From the one after the last on: where pictures take long, each has its turn.
     std::vector<std::string> pictures;
-    for (auto& [name, camera] : cameras_) {
-        if (fetches_ >= max_fetches) break;
+    auto next = cameras_.upper_bound(last_asked_);
+    for (std::size_t i = 0; i < cameras_.size() && fetches_ < max_fetches; ++i) {
+        if (next == cameras_.end()) next = cameras_.begin();
+        auto& [name, camera] = *next++;
         if (!camera.is_due || camera.is_asked) continue;
         camera.is_due = false;
         camera.is_asked = true;
         ++fetches_;
-        pictures.push_back(name);
+        pictures.push_back(last_asked_ = name);
     }
     // Events from the subscription on: the first question is where the log ends.
     const engine::WaitEvents events = last_event_ ? engine::WaitEvents{*last_event_, event_wait_ns}

@@ -82,6 +82,7 @@ private:
     PullPoints points_;
     PullPoints::Due due_;
     std::map<std::string, Camera> cameras_;
+    std::string last_asked_;                ///< of them
     std::map<std::string, TimeNs> pulses_;  ///< of inputs; when they end, or 0
     std::size_t fetches_ = 0;
     /// Counted up when the first client subscribes, and when pictures are wanted again: what the rig answers to

@@ -45,27 +45,29 @@ std::string response(std::string_view operation, std::string_view content) {
 
 std::optional<TimeNs> duration_of(std::string_view text, TimeNs longest_ns) {
     if (!text.starts_with('P')) return std::nullopt;
-    text.remove_prefix(1);
+    const std::size_t middle = text.find('T');
+    std::string_view days = text.substr(1, middle - 1);
+    std::string_view time = middle == std::string_view::npos ? "" : text.substr(middle + 1);
+    if (middle != std::string_view::npos && time.empty()) return std::nullopt;
     double seconds = 0.0;
     bool has_any = false;
-    // "nD", of what comes before 'T', and then hours, minutes and seconds.
-    const auto take = [&](char unit, double factor) {
-        const std::size_t at = text.find(unit);
+    const auto take = [&](std::string_view& from, char unit, double factor) {
+        const std::size_t at = from.find(unit);
         if (at == std::string_view::npos) return true;
         double value = 0.0;
-        const auto [end, failed] = std::from_chars(text.data(), text.data() + at, value, std::chars_format::fixed);
-        if (failed != std::errc{} || end != text.data() + at || !(value >= 0.0)) return false;
+        const auto [end, failed] = std::from_chars(from.data(), from.data() + at, value, std::chars_format::fixed);
+        if (failed != std::errc{} || end != from.data() + at || !(value >= 0.0)) return false;
         seconds += value * factor;
         has_any = true;
-        text.remove_prefix(at + 1);
+        from.remove_prefix(at + 1);
         return true;
     };
-    if (!text.starts_with('T') && !take('D', 86'400.0)) return std::nullopt;
-    if (text.starts_with('T')) {
-        text.remove_prefix(1);
-        if (text.empty() || !take('H', 3600.0) || !take('M', 60.0) || !take('S', 1.0)) return std::nullopt;
-    }
-    if (!has_any || !text.empty() || !(seconds * 1e9 <= static_cast<double>(longest_ns))) return std::nullopt;
+    constexpr double day_s = 86'400.0;
+    if (!take(days, 'Y', 365.0 * day_s) || !take(days, 'M', 30.0 * day_s) || !take(days, 'D', day_s))
+        return std::nullopt;
+    if (!take(time, 'H', 3600.0) || !take(time, 'M', 60.0) || !take(time, 'S', 1.0)) return std::nullopt;
+    if (!has_any || !days.empty() || !time.empty() || !(seconds * 1e9 <= static_cast<double>(longest_ns)))
+        return std::nullopt;
     return static_cast<TimeNs>(std::llround(seconds * 1e9));
 }
 

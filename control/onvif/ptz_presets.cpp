@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "control/onvif/ptz_description.h"
+#include "control/onvif/ptz_vector.h"
 #include "core/camera/ptz_head.h"
 
 namespace camrig::onvif {
@@ -14,7 +15,8 @@ constexpr std::size_t max_preset_name = 64;
 constexpr std::string_view home_preset = "home";  ///< that clients return to; every head has it
 
 Orders preset_order(const Asked& asked, std::string preset, engine::PtzPresets::Action action) {
-    return std::vector<PtzCommand>{engine::PtzPresets{name_of(asked), std::move(preset), action}};
+    return std::vector<PtzCommand>{
+        engine::PtzPresets{name_of(asked), std::move(preset), action, speed_of(asked.request.child("Speed"))}};
 }
 
 const std::map<std::string, camera::PtzPosition>& presets_of(const Asked& asked) {

@@ -27,7 +27,7 @@ Orders absolute_move(const Asked& asked) {
         read_vector(asked.request.child("Position"), {"InvalidPosition", position_space, zoom_position_space, 0.0});
     if (!to) return std::unexpected(to.error());
     const PtzSpec& head = head_of(asked);
-    camera::PtzMove move{.mode = PtzMode::absolute, .speed = speed_of(asked.request.child("Speed"))};
+    camera::PtzMove move{.mode = PtzMode::absolute, .speed = speed_of(asked.request.child("Speed"), to->x.has_value())};
     if (to->x) move.pan_deg = pan_axis(head).degrees(*to->x, head.pan_limits_deg);
     if (to->y) move.tilt_deg = axis_of(head.tilt_limits_deg).degrees(*to->y, head.tilt_limits_deg);
     if (to->zoom) move.zoom = std::min(zoom_factor(head, *to->zoom), head.zoom_max);
@@ -41,7 +41,7 @@ Orders relative_move(const Asked& asked) {
                                                                      .takes_fov = asked.manners.has_relative_fov});
     if (!by) return std::unexpected(by.error());
     const PtzSpec& head = head_of(asked);
-    camera::PtzMove move{.mode = PtzMode::relative, .speed = speed_of(asked.request.child("Speed"))};
+    camera::PtzMove move{.mode = PtzMode::relative, .speed = speed_of(asked.request.child("Speed"), by->x.has_value())};
     if (by->zoom) move.zoom = zoom_factor(head, *by->zoom);
     if (by->x && by->space == fov_space) {
         move.mode = PtzMode::fov;

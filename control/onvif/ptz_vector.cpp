@@ -59,8 +59,8 @@ Answered<Vector> read_vector(XmlElement given, const VectorRule& rule) {
     return vector;
 }
 
-double speed_of(XmlElement given) {
-    const XmlElement turn = given.child("PanTilt");
+double speed_of(XmlElement given, bool turns) {
+    const XmlElement turn = turns ? given.child("PanTilt") : XmlElement();
     double speed =
         std::hypot(number_of(turn.attribute("x")).value_or(0.0), number_of(turn.attribute("y")).value_or(0.0));
     if (!turn) speed = std::abs(number_of(given.child("Zoom").attribute("x")).value_or(0.0));

@@ -24,8 +24,8 @@ struct VectorRule {
 /// Each part of it within its space; SpaceNotSupported, else the rule's detail.
 Answered<Vector> read_vector(XmlElement given, const VectorRule& rule);
 
-/// Share of the head's speed: the length of the vector of pan and tilt, else that of zoom. Many clients send zeros
-/// where their users chose none.
-double speed_of(XmlElement given);
+/// Share of the head's speed: the length of the vector of pan and tilt, else, and of what does not turn, that of zoom.
+/// Many clients send zeros where their users chose none.
+double speed_of(XmlElement given, bool turns = true);
 
 }  // namespace camrig::onvif

@@ -47,6 +47,7 @@ Answered<void> PullPoints::unsubscribe(const std::string& device, std::uint64_t 
     (*one)->messages.clear();
     answer(**one, due);
     subscriptions_.erase(number);
+    forget_unheard();
     return {};
 }
 
@@ -130,11 +131,16 @@ void PullPoints::forget(const std::string& source, TimeNs utc_ns, Due& due) {
 void PullPoints::expire(TimeNs now_ns, Due& due) {
     for (auto it = subscriptions_.begin(); it != subscriptions_.end();) {
         Subscription& one = it->second;
-        if (one.pull && one.pull->ends_ns <= now_ns) answer(one, due);
+        if (one.pull && std::min(one.pull->ends_ns, one.ends_ns) <= now_ns) answer(one, due);
         it = one.ends_ns <= now_ns ? subscriptions_.erase(it) : std::next(it);
     }
-    // Nobody watches: what was so may be otherwise when the next one subscribes.
-    if (subscriptions_.empty()) states_.clear();
+    forget_unheard();
+}
+
+void PullPoints::forget_unheard() {
+    if (subscriptions_.empty()) return states_.clear();
+    if (!hears_inputs())
+        std::erase_if(states_, [](const auto& one) { return one.first.topic == EventTopic::digital_input; });
 }
 
 void PullPoints::end(Due& due) {

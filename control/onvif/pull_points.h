@@ -55,6 +55,8 @@ public:
     void end(Due& due);
 
     bool empty() const { return subscriptions_.empty(); }
+    /// Whether anybody subscribed to scene events.
+    bool hears_inputs() const { return wanted({}).test(static_cast<std::size_t>(EventTopic::digital_input)); }
     /// When expire() has something to do.
     TimeNs next_ns() const;
     /// What anybody subscribed to about this camera, or with the empty name about the rig.
@@ -75,6 +77,8 @@ private:
     };
 
     Answered<Subscription*> find(const std::string& device, std::uint64_t number, TimeNs now_ns);
+    /// Nobody watches: what was so may be otherwise when the next one subscribes.
+    void forget_unheard();
     static bool hears(const Subscription& one, const EventProperty& property);
     void tell_all(const EventMessage& message, Due& due);
     static void answer(Subscription& one, Due& due);

@@ -150,7 +150,10 @@ Result<OutputSpec> output_for(const CameraSpec& camera, const VideoStream& strea
         const double kbps =
             std::clamp(wish.bitrate_kbps.value_or(stream.bitrate_kbps), static_cast<double>(bitrate_range_kbps.low),
                        static_cast<double>(bitrate_range_kbps.high));
-        if (static_cast<int>(kbps) != stream.bitrate_kbps) options["bitrate_kbps"] = static_cast<int>(kbps);
+        // What it is by default depends on the rest: it stays what was asked for.
+        const bool is_else = rate != stream.rate || size != stream.size || codec != stream.codec;
+        if (static_cast<int>(kbps) != stream.bitrate_kbps || (wish.bitrate_kbps && is_else))
+            options["bitrate_kbps"] = static_cast<int>(kbps);
         const double gov = wish.gov_length.value_or(gov_length(stream));
         const bool is_other = gov != gov_length(stream) || (wish.gov_length && rate != stream.rate);
         if (is_other && !is_whole(gov, gov_range(rate))) return refused("GovLength is " + words(gov_range(rate)));

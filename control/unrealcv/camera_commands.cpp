@@ -1,4 +1,6 @@
 #include <array>
+#include <cmath>
+#include <numbers>
 
 #include "control/unrealcv/session.h"
 #include "control/unrealcv/units.h"
@@ -80,8 +82,7 @@ asio::awaitable<Answer> place(Session& session, std::string_view id, std::option
     if (!camera) co_return refused(camera.error());
     const world::CameraSpec& spec = *(*camera)->camera.spec();
     if (spec.ptz && turned) co_return refused("camera " + spec.name + " is on a pan/tilt head; turn it by ptz.move");
-    // On a head it is the mount that is moved, without the head's turn.
-    camera::Pose pose = spec.ptz && !spec.mount ? spec.pose : (*now)->state_of(**camera).pose;
+    camera::Pose pose = (*camera)->camera.base_at((*now)->world());
     if (to) pose.position = metres_of(*to);
     if (turned) pose.orientation = orientation_of(*turned);
     engine::SetCamera command{.name = spec.name, .patch = {}};
@@ -113,10 +114,18 @@ asio::awaitable<Answer> adjust(
     co_return co_await session.change(std::move(command));
 }
 
+/// What the head's zoom multiplies the focal length of the spec by.
+double zoom_of(const camera::CameraState& state) {
+    return state.head ? state.head->true_position.zoom : 1.0;
+}
 Awaited set_fov(Session& session, Arguments arguments) {
     return adjust(session, arguments[0],
-                  [rad = glm::radians(*number_of(arguments[1]))](const auto&, const auto&, world::CameraPatch& patch) {
-                      patch.optics = world::HorizontalFov{rad};
+                  [rad = glm::radians(*number_of(arguments[1]))](const Moment& now, const engine::CameraReply& camera,
+                                                                 world::CameraPatch& patch) {
+                      const double zoom = zoom_of(now.state_of(camera));
+                      // Half a turn and more is refused as it is.
+                      const bool is_angle = rad < std::numbers::pi;
+                      patch.optics = world::HorizontalFov{is_angle ? 2.0 * std::atan(std::tan(0.5 * rad) * zoom) : rad};
                   });
 }
 /// The field of view stays what it is from side to side.
@@ -125,8 +134,10 @@ Awaited set_size(Session& session, Arguments arguments) {
     return adjust(session, arguments[0],
                   [wanted](const Moment& now, const engine::CameraReply& camera, world::CameraPatch& patch) {
                       patch.size = wanted;
-                      patch.optics = world::HorizontalFov{
-                          camera::hfov_rad(camera.camera.spec()->size, now.state_of(camera).intrinsics)};
+                      const camera::CameraState state = now.state_of(camera);
+                      camera::Intrinsics wide = state.intrinsics;
+                      wide.fx /= zoom_of(state);
+                      patch.optics = world::HorizontalFov{camera::hfov_rad(camera.camera.spec()->size, wide)};
                   });
 }
 Awaited set_exposure_bias(Session& session, Arguments arguments) {

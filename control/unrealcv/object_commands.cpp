@@ -5,6 +5,7 @@
 #include "control/unrealcv/units.h"
 #include "core/truth/posed_object.h"
 #include "core/world/turn.h"
+#include "core/world/world_fields.h"
 
 // Objects and actors: where they are, how masks show them, new ones, and what programs let actors do.
 namespace camrig::unrealcv {
@@ -243,6 +244,8 @@ asio::awaitable<Answer> spawn_model(Session& session, std::string of_class, std:
     std::string model = of_class;
     if (!scene.models.contains(model) && model.ends_with("_C")) model.resize(model.size() - 2);
     if (!scene.models.contains(model)) co_return refused("Can not find a class with name '" + of_class + "'");
+    if (!name.empty() && (!world::is_scene_name(name) || shown_name(name) != name))
+        co_return refused("a name is of 1 to 64 printable characters, none of them a space or a slash");
     if (!name.empty() && object_named(session.door(), **now, name))
         co_return refused("Failed to spawn " + name + ", object exists.");
     for (int i = 0; name.empty() && i < most_names_tried; ++i) {

@@ -47,7 +47,8 @@ std::optional<double> number_of(std::string_view text) {
     if (text.starts_with('+')) text.remove_prefix(1);
     double number = 0.0;
     const auto [end, failed] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (failed != std::errc() || end != text.data() + text.size() || !std::isfinite(number)) return std::nullopt;
+    if (failed != std::errc() || end != text.data() + text.size() || !(std::abs(number) <= max_number))
+        return std::nullopt;
     return number;
 }
 

@@ -8,6 +8,10 @@ namespace camrig::bake {
 
 namespace {
 
+float sent(float cosine, bool both_sides) {
+    return both_sides ? std::abs(cosine) : std::max(0.0f, cosine);
+}
+
 /// How bright a triangle is at its brightest, about: where its texture was not looked at it may shine, too.
 float brightness(const RayScene& scene, std::uint32_t surface, std::uint32_t number) {
     constexpr int side = 8;
@@ -32,6 +36,7 @@ AreaLamps::AreaLamps(const RayScene& scene) : scene_(scene) {
         const auto& indices = surface.primitive->indices;
         for (std::uint32_t number = 0; number < indices.size() / 3; ++number) {
             Triangle made{.surface = i, .number = number, .side = surface.side_of(number)};
+            made.both_sides = surface.material->double_sided;
             for (std::size_t k = 0; k < 3; ++k) made.corners[k] = surface.positions[indices[3 * number + k]];
             made.middle = surface.position_at(number, glm::vec3(1.0f / 3.0f));
             made.area =
@@ -53,7 +58,7 @@ void AreaLamps::weigh(const glm::vec3& place, const glm::vec3& normal, bool both
     float sum = 0.0f;
     const auto cosine_of = [&](const glm::vec3& way, float distance) {
         const float cosine = normal == glm::vec3(0.0f) ? 1.0f : glm::dot(normal, way) / distance;
-        return both_sides ? std::abs(cosine) : std::max(0.0f, cosine);
+        return sent(cosine, both_sides);
     };
     for (const Triangle& lamp : triangles_) {
         const glm::vec3 way = lamp.middle - place;
@@ -63,7 +68,7 @@ void AreaLamps::weigh(const glm::vec3& place, const glm::vec3& normal, bool both
         float cosine = cosine_of(way, distance);
         for (const glm::vec3& corner : lamp.corners)
             cosine = std::max(cosine, corner_share * cosine_of(corner - place, glm::distance(corner, place)));
-        sum += lamp.power * cosine * std::max(0.0f, -glm::dot(lamp.side, way)) / (distance2 * distance);
+        sum += lamp.power * cosine * sent(-glm::dot(lamp.side, way), lamp.both_sides) / (distance2 * distance);
         sums.push_back(sum);
     }
 }
@@ -84,7 +89,7 @@ std::optional<AreaLamps::Sample> AreaLamps::sample(const std::vector<float>& sum
     made.distance = glm::length(way);
     if (!(made.distance > 1e-4f)) return std::nullopt;
     made.towards = way / made.distance;
-    const float cosine = -glm::dot(lamp.side, made.towards);
+    const float cosine = sent(-glm::dot(lamp.side, made.towards), lamp.both_sides);
     if (!(cosine > 0.0f)) return std::nullopt;
     // Next to a lamp no more than what its middle sends from a quarter of its side away: few samples have all the
     // light.

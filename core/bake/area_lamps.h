@@ -34,6 +34,7 @@ public:
 private:
     struct Triangle {
         std::uint32_t surface = 0, number = 0;
+        bool both_sides = false;
         std::array<glm::vec3, 3> corners{};
         glm::vec3 middle{0.0f}, side{0.0f};
         float area = 0.0f, power = 0.0f;

@@ -13,6 +13,7 @@
 #include "core/bake/rect_packing.h"
 #include "core/bake/transport.h"
 #include "core/bake/unwrap.h"
+#include "core/base/digest.h"
 #include "core/world/baked/baked_light_header.h"
 #include "core/world/world.h"
 
@@ -127,23 +128,40 @@ world::ProbeGrid grid_over(const RayScene& scene, const BakeOptions& options) {
     }
 }
 
-std::vector<Source> sources_of(const world::Scene& scene, const RayScene& rays) {
+/// A lamp, or all of a group.
+std::vector<Source> lamps_of(const world::Scene& scene) {
+    std::vector<Source> made;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        const std::string& group = scene.lights[i].group;
+        const auto same = std::ranges::find_if(made, [&](const Source& source) {
+            return !group.empty() && scene.lights[source.lamps.front()].group == group;
+        });
+        if (same != made.end())
+            same->lamps.push_back(i);
+        else
+            made.push_back({world::LightSource::lamp, {i}});
+    }
+    return made;
+}
+
+std::vector<Source> sources_of(const std::vector<Source>& lamps, const RayScene& rays) {
     std::vector<Source> made{{world::LightSource::sky}, {world::LightSource::ground}};
     const auto glows = [](const RaySurface& surface) {
         return !surface.is_lit || surface.material->emissive != glm::vec3(0.0f);
     };
     if (std::ranges::any_of(rays.surfaces(), glows)) made.push_back({world::LightSource::glow});
-    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-        const std::string& group = scene.lights[i].group;
-        const auto same = std::ranges::find_if(made, [&](const Source& source) {
-            return !group.empty() && !source.lamps.empty() && scene.lights[source.lamps.front()].group == group;
-        });
-        if (same != made.end())
-            same->lamps.push_back(i);
-        else if (made.size() < world::max_light_layers)
-            made.push_back({world::LightSource::lamp, {i}});
-    }
+    made.insert(made.end(), lamps.begin(), lamps.end());
     return made;
+}
+
+/// What of the scene a bake takes beside that of light_key(): which way the suns shine.
+std::uint64_t sun_key(const world::Scene& scene) {
+    Digest digest;
+    for (const world::Light& light : scene.lights) {
+        if (light.type != world::LightType::directional) continue;
+        for (glm::length_t i = 0; i < 3; ++i) digest.add(light.direction[i]);
+    }
+    return digest.value();
 }
 
 std::vector<LightMap::Origin> origins_of(const RayScene& rays, const BakedLight& light) {
@@ -182,12 +200,23 @@ std::vector<std::uint32_t> packed(const std::vector<glm::vec3>& light) {
 Result<world::BakedLight> bake(const world::SceneRef& scene, const BakeOptions& options) {
     BakedLight light;
     light.key = world::light_key(*scene);
+    const std::vector<Source> lamps = lamps_of(*scene);
+    // Beside those of sky, ground and what glows.
+    const std::size_t most_layers = lamps.size() + 3;
+    if (most_layers > world::max_light_layers)
+        return error(
+            ErrorKind::resource_exhausted,
+            fmt::format("lights: {} that are switched apart, and light is kept of {}; put such as are switched "
+                        "together into a group",
+                        lamps.size(), world::max_light_layers - 3));
     const PlacedScene uncut = placed(scene);
     for (double texels_per_m = options.texels_per_m;; texels_per_m *= 0.9) {
         light.models = cut_models(uncut, texels_per_m);
         if (light.models.empty())
             return error(ErrorKind::invalid_argument, "nothing in this scene stands still and is lit");
-        if (lay_out(uncut, options.max_side, light)) break;
+        if (lay_out(uncut, options.max_side, light) &&
+            static_cast<std::int64_t>(most_layers) * light.size.pixels() <= world::max_light_texels)
+            break;
         if (texels_per_m < 1e-3) return error(ErrorKind::invalid_argument, "its surfaces have no room in a map");
     }
     auto cut = std::make_shared<world::Scene>(*scene);
@@ -196,10 +225,10 @@ Result<world::BakedLight> bake(const world::SceneRef& scene, const BakeOptions& 
     const RayScene rays(stands);
     const LightMap map(rays, light.size, origins_of(rays, light));
     light.grid = grid_over(rays, options);
-    const std::vector<Source> sources = sources_of(*scene, rays);
+    const std::vector<Source> sources = sources_of(lamps, rays);
     Checkpoint checkpoint(options.checkpoint,
-                          fmt::format("{:016x} {} {} {} {} {}", light.key, light.size.width, light.size.height,
-                                      options.rays, options.bounces, options.texels_per_m));
+                          fmt::format("{:016x} {:016x} {} {} {} {} {}", light.key, sun_key(*scene), light.size.width,
+                                      light.size.height, options.rays, options.bounces, options.texels_per_m));
     const TransportOptions how{.rays = options.rays,
                                .coarse_rays = std::max(16, options.rays / 8),
                                .bounces = options.bounces,
@@ -209,7 +238,6 @@ Result<world::BakedLight> bake(const world::SceneRef& scene, const BakeOptions& 
                                .progress = options.progress};
     Transport found = find_transport(rays, map, sources, *scene, light.grid, how);
     if (!found.is_whole) return error(ErrorKind::unavailable, "it was ended");
-    checkpoint.remove();
     light.grid.is_open = std::move(found.is_open);
     light.reflection_probes = std::move(found.reflection_probes);
     for (std::size_t i = 0; i < sources.size(); ++i)

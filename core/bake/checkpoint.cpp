@@ -57,9 +57,4 @@ void Checkpoint::keep(int passes, const std::vector<std::vector<glm::vec3>>& lig
     spdlog::warn("bake: {}; it could not go on from here if it was ended", written.error().message);
 }
 
-void Checkpoint::remove() const {
-    std::error_code ignored;
-    if (!file_.empty()) std::filesystem::remove(file_, ignored);
-}
-
 }  // namespace camrig::bake

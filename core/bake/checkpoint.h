@@ -19,7 +19,6 @@ public:
     int resume(std::vector<std::vector<glm::vec3>>& light) const;
     /// A file that cannot be written is logged once; the bake goes on.
     void keep(int passes, const std::vector<std::vector<glm::vec3>>& light);
-    void remove() const;
 
 private:
     std::filesystem::path file_;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <tuple>
 #include <vector>
@@ -147,16 +148,31 @@ world::BakedPrimitive unwrap(const world::Primitive& primitive, double texels_pe
     const Mesh mesh = mesh_of(primitive);
     const std::vector<std::vector<std::size_t>> charts = charts_of(mesh);
     std::vector<Flat> flats;
-    std::vector<ImageSize> sizes;
-    for (const std::vector<std::size_t>& chart : charts) {
-        flats.push_back(flattened(primitive, mesh, chart, texels_per_unit));
-        const glm::dvec2 extent = flats.back().extent;
-        if (!(std::max(extent.x, extent.y) < max_chart_side - 4)) return made;
+    std::optional<PackedRects> packed;
+    // One that would fill the map leaves room for others.
+    constexpr double most = max_chart_side - 4, wanted = 0.5 * most, fewer = 0.7;
+    constexpr int most_tries = 64;
+    for (int i = 0; i < most_tries && !packed; ++i) {
+        flats.clear();
+        glm::dvec2 longest(0.0);
+        std::vector<ImageSize> sizes;
+        for (const std::vector<std::size_t>& chart : charts) {
+            flats.push_back(flattened(primitive, mesh, chart, texels_per_unit));
+            longest = glm::max(longest, flats.back().extent);
+        }
+        const double side = std::max(longest.x, longest.y);
+        if (!std::isfinite(side)) return made;
+        if (side >= most) {
+            texels_per_unit *= wanted / side;
+            continue;
+        }
         // From the middle of its first texel to that of its last.
-        sizes.push_back({static_cast<int>(std::ceil(extent.x)) + 1 + 2 * padding,
-                         static_cast<int>(std::ceil(extent.y)) + 1 + 2 * padding});
+        for (const Flat& flat : flats)
+            sizes.push_back({static_cast<int>(std::ceil(flat.extent.x)) + 1 + 2 * padding,
+                             static_cast<int>(std::ceil(flat.extent.y)) + 1 + 2 * padding});
+        packed = pack_tightly(sizes, world::BakedPrimitive::max_side);
+        texels_per_unit *= fewer;
     }
-    const auto packed = pack_tightly(sizes, world::BakedPrimitive::max_side);
     if (!packed) return made;
     made.size = packed->area;
     made.indices.resize(3 * mesh.triangles.size());  // in the order of the file

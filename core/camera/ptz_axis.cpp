@@ -144,6 +144,10 @@ double PtzAxis::nearest(double target, double from) const {
     return options_.limits ? clamped(target, *options_.limits) : from + wrapped(target - from);
 }
 
+double PtzAxis::towards(double target, double from) const {
+    return within(from + wrapped(target - from));
+}
+
 std::size_t PtzAxis::pending(TimeNs now_ns) const {
     return static_cast<std::size_t>(
         std::ranges::count_if(segments_, [&](const Segment& one) { return one.motion.begin_ns > now_ns; }));

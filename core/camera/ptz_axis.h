@@ -64,6 +64,8 @@ public:
     double within(double target) const;
     /// The same; without limits, of the positions that are the same turned round, the nearest to `from`.
     double nearest(double target, double from) const;
+    /// The nearest to it that it can come to by the shorter way round.
+    double towards(double target, double from) const;
     /// Its motions that are still to begin.
     std::size_t pending(TimeNs now_ns) const;
 

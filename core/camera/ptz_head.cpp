@@ -46,11 +46,14 @@ PtzHead::PtzHead(const PtzSpec& spec)
       zoom_({.limits = PtzLimits{0.0, portable::log(spec.zoom_max)}}),
       home_(at(0)) {}
 
-AxisLimits PtzHead::angle_limits(const PtzMove& move, TimeNs begin_ns) const {
+double PtzHead::slower_by(const PtzMove& move, TimeNs begin_ns) const {
     const bool is_slowed =
         spec_.is_proportional && (move.mode == PtzMode::relative || move.mode == PtzMode::continuous);
-    const double slower = is_slowed ? portable::exp(zoom_.motor(begin_ns).position) : 1.0;
-    return {spec_.speed_deg_s * move.speed / slower, spec_.acceleration_deg_s2};
+    return is_slowed ? portable::exp(zoom_.motor(begin_ns).position) : 1.0;
+}
+
+AxisLimits PtzHead::angle_limits(const PtzMove& move, TimeNs begin_ns) const {
+    return {spec_.speed_deg_s * move.speed / slower_by(move, begin_ns), spec_.acceleration_deg_s2};
 }
 
 AxisLimits PtzHead::zoom_limits(double share) const {
@@ -109,10 +112,10 @@ Result<PtzPosition> PtzHead::preset(const std::string& name) const {
     return found->second;
 }
 
-Result<void> PtzHead::go_to_preset(const std::string& name, TimeNs now_ns) {
+Result<void> PtzHead::go_to_preset(const std::string& name, double speed, TimeNs now_ns) {
     const auto there = preset(name);
     if (!there) return std::unexpected(there.error());
-    return go_to(*there, 1.0, now_ns);
+    return go_to(*there, speed, now_ns);
 }
 
 Result<void> PtzHead::remove_preset(const std::string& name) {
@@ -194,8 +197,10 @@ void PtzHead::turn(const PtzMove& move, TimeNs now_ns) {
     if (move.pan_deg) turns.push_back({pan_, *move.pan_deg});
     if (move.tilt_deg) turns.push_back({tilt_, *move.tilt_deg});
     if (move.mode == PtzMode::continuous) {
+        const double slower = slower_by(move, begin_ns);
         for (const Turn& one : turns) {
-            one.axis.go_at_speed(now_ns, begin_at_speed(one.asked, now_ns), one.asked, limits);
+            const double speed = one.asked / slower;
+            one.axis.go_at_speed(now_ns, begin_at_speed(speed, now_ns), speed, limits);
             if (move.timeout && one.axis.end_ns() > begin_ns + *move.timeout)
                 one.axis.brake(now_ns, begin_ns + *move.timeout, limits.acceleration);
         }
@@ -204,8 +209,10 @@ void PtzHead::turn(const PtzMove& move, TimeNs now_ns) {
     std::vector<Way> ways;
     for (const Turn& one : turns) {
         const AxisState from = one.axis.motor(begin_ns);
-        ways.push_back({from, move.mode == PtzMode::relative ? one.axis.within(from.position + one.asked)
-                                                             : one.axis.nearest(one.asked, from.position)});
+        const double target = move.mode == PtzMode::relative ? one.axis.within(from.position + one.asked)
+                              : move.mode == PtzMode::fov    ? one.axis.towards(one.asked, from.position)
+                                                             : one.axis.nearest(one.asked, from.position);
+        ways.push_back({from, target});
     }
     const auto motions = together(ways, limits);
     for (std::size_t i = 0; i < turns.size(); ++i) turns[i].axis.go(now_ns, begin_ns, motions[i]);

@@ -61,8 +61,8 @@ public:
     static constexpr std::size_t max_presets = 256;
     /// Remembers where it believes to be at that time. resource_exhausted: there are as many as there may be.
     Result<void> set_preset(const std::string& name, TimeNs now_ns);
-    /// not_found: there is none of that name; so of the next.
-    Result<void> go_to_preset(const std::string& name, TimeNs now_ns);
+    /// speed: a share of its own. not_found: there is none of that name; so of the next.
+    Result<void> go_to_preset(const std::string& name, double speed, TimeNs now_ns);
     Result<void> remove_preset(const std::string& name);
     const std::map<std::string, PtzPosition>& presets() const { return presets_; }
 
@@ -80,7 +80,7 @@ public:
 
     void set_home(TimeNs now_ns) { home_ = status(now_ns).position; }
     /// At first where it stood in the beginning.
-    Result<void> go_home(TimeNs now_ns) { return go_to(home_, 1.0, now_ns); }
+    Result<void> go_home(double speed, TimeNs now_ns) { return go_to(home_, speed, now_ns); }
 
     /// Where it truly is.
     PtzPosition at(TimeNs world_ns) const;
@@ -94,6 +94,8 @@ public:
     const PtzSpec& spec() const { return spec_; }
 
 private:
+    /// What the zoom divides the speed of turning by.
+    double slower_by(const PtzMove& move, TimeNs begin_ns) const;
     AxisLimits angle_limits(const PtzMove& move, TimeNs begin_ns) const;
     AxisLimits zoom_limits(double share) const;
     double zoom_of(TimeNs world_ns) const;

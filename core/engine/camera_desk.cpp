@@ -195,14 +195,14 @@ Result<PtzReply> CameraDesk::run(PtzPresets& command) {
             case set:
                 return head.set_preset(command.preset, now_ns);
             case go_to:
-                return head.go_to_preset(command.preset, now_ns);
+                return head.go_to_preset(command.preset, command.speed, now_ns);
             case remove:
                 return head.remove_preset(command.preset);
             case set_home:
                 head.set_home(now_ns);
                 break;
             case go_home:
-                return head.go_home(now_ns);
+                return head.go_home(command.speed, now_ns);
         }
         return {};
     });

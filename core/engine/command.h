@@ -116,6 +116,7 @@ struct PtzPresets {
     std::string camera;
     std::string preset = {};
     Action action = Action::go_to;
+    double speed = 1.0;  ///< of go_to and go_home: a share of the head's
 };
 /// What a PTZ head does with tours of its presets.
 struct PtzTours {

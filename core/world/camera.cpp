@@ -131,6 +131,11 @@ std::optional<ClockReading> Camera::clock_at(TimeNs world_ns) const {
     return clock_.at(world_ns, exposure_times_of(*spec_).least_apart_ns());
 }
 
+camera::Pose Camera::base_at(const Snapshot& world) const {
+    const Place place = place_.at(world.world_ns);
+    return place.mount ? in_world(frame_in(world, *place.mount), place.pose) : place.pose;
+}
+
 camera::CameraState Camera::at(const Snapshot& world) const {
     const Place place = place_.at(world.world_ns);
     camera::CameraState state{.world_ns = world.world_ns,

@@ -53,6 +53,8 @@ public:
 
     /// As it is at the snapshot's time, anywhere in what the world and Timeline keep of the past.
     camera::CameraState at(const Snapshot& world) const;
+    /// Where its commands put it in the world: without what its head turns and faults move.
+    camera::Pose base_at(const Snapshot& world) const;
     /// What its clock says at that time, which need not be that of a frame; nullopt: it has none.
     std::optional<ClockReading> clock_at(TimeNs world_ns) const;
     /// The spec with pose (in the frame of its mount) and intrinsics of a time: camera.create makes one that is so.

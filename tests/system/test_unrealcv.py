@@ -172,6 +172,45 @@ def test_poses_go_round_and_are_camrigs_mirrored(api, door):
     assert middle[1] < middle[0] - 50
 
 
+def test_a_camera_is_placed_without_what_its_head_and_a_knock_turn(api, door):
+    rig = door[0]
+    rig.call("actor.spawn", name="car", model="box", position=[0, 0, 1])
+    rig.call("camera.create", name="head", size=[320, 240], hfov_deg=60, mount={"actor": "car"}, ptz={"preset": "ideal"})
+    rig.call("ptz.move", camera="head", pan_deg=40, tilt_deg=-10)
+    rig.step(seconds=30)
+    rotation = lambda: [float(angle) for angle in ask(api, "vget /camera/1/rotation").split()]
+    before = rotation()
+    assert before[:2] == pytest.approx([-10, -40], abs=1e-3)
+    assert ask(api, "vset /camera/1/location 100 0 300") == "ok"
+    assert rotation() == pytest.approx(before, abs=1e-3)
+    # The knock is a fault of its body: who puts it somewhere knows nothing of that.
+    pose = rig.camera("main").get()["pose"]
+    rig.call("fault.set", camera="main", kind="knock", params={"pan_deg": 5})
+    rig.step(seconds=1)
+    for x in (10, 20, 30):
+        assert ask(api, f"vset /camera/0/location {x} 0 100") == "ok"
+        rig.step(seconds=0.2)
+    after = rig.camera("main").get()["pose"]
+    assert after["pan_deg"] == pytest.approx(pose["pan_deg"], abs=1e-9) and after["position"] == pytest.approx([0.3, 0, 1])
+
+
+def test_a_zoomed_head_keeps_the_field_of_view_that_it_is_told(api, door):
+    rig = door[0]
+    rig.call("camera.create", name="head", size=[640, 480], hfov_deg=60, ptz={"preset": "ideal"})
+    rig.call("ptz.move", camera="head", zoom=4)
+    rig.step(seconds=30)
+    fov_of = lambda: float(ask(api, "vget /camera/1/fov"))
+    fov = fov_of()
+    assert fov == pytest.approx(2 * math.degrees(math.atan(math.tan(math.radians(30)) / 4)), abs=0.01)
+    assert ask(api, "vset /camera/1/size 320 240") == "ok"
+    assert fov_of() == pytest.approx(fov, abs=0.01)
+    assert ask(api, "vset /camera/1/fov 20") == "ok"
+    assert fov_of() == pytest.approx(20, abs=0.01)
+    rig.call("ptz.move", camera="head", zoom=1)
+    rig.step(seconds=30)
+    assert fov_of() == pytest.approx(2 * math.degrees(math.atan(math.tan(math.radians(10)) * 4)), abs=0.01)
+
+
 def test_cameras_are_made_sized_and_destroyed(api, door):
     rig = door[0]
     name = api.set_new_camera()
@@ -314,6 +353,9 @@ def test_what_is_unknown_or_wrong_is_told(api):
     assert answer == "error No handler found for URI 'vget /nonsense' (Can not find a handler)"
     assert ask(api, "vset /camera/0/location 1 2 x").startswith("error No handler found")
     assert ask(api, "vset /object/box/color 1 2 256") == "error Argument Invalid"
+    assert ask(api, "vset /object/box/location 1e300 0 0").startswith("error No handler found")
+    for name in ("a/b", "x" * 65):
+        assert ask(api, f"vset /objects/spawn box {name}").startswith("error ")
     assert ask(api, "vset /camera/0/fov 400").startswith("error ")
     assert ask(api, "vset /action/game/level ../../etc/passwd").startswith("error Can not find a level")
     assert ask(api, "vget /unrealcv/echo a b") == "a b"

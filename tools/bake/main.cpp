@@ -85,6 +85,8 @@ int main(int argc, char** argv) {
     if (!light) return fail((*scene)->file.string() + ": " + light.error().message);
     const std::vector<std::byte> bytes = world::encode_baked_light(*light);
     if (auto written = camrig::write_atomically(command.out, bytes); !written) return fail(written.error().message);
+    std::error_code ignored;
+    fs::remove(command.options.checkpoint, ignored);
     std::printf("%s: %.1f MB, a map of %d x %d texels in %zu layers, %zu probes, %zu for reflections\n",
                 command.out.c_str(), static_cast<double>(bytes.size()) / 1e6, light->size.width, light->size.height,
                 light->layers.size(), light->grid.size(), light->reflection_probes.places.size());

@@ -114,7 +114,7 @@ public:
 
     std::string_view kind() const override { return "http"; }
     std::string format() const override { return "MJPEG"; }
-    bool stamps_are_monotonic() const override { return true; }
+    bool stamps_are_monotonic() const override { return has_stamps_; }
 
     Result<std::optional<ProbedPicture>> next(TimeNs until_ns) override {
         for (;;) {
@@ -133,6 +133,7 @@ private:
         ProbedPicture picture;
         picture.arrival_ns = monotonic_now_ns();
         picture.stamp_ns = part.number("x-monotonic-ns");
+        has_stamps_ |= picture.stamp_ns.has_value();
         picture.sequence = part.number("x-sequence");
         jpeg_ = std::move(part.bytes);
         picture.damaged = !gray_from_jpeg(std::as_bytes(std::span(jpeg_)), picture.size, gray_);
@@ -183,7 +184,8 @@ private:
     std::optional<MultipartReader> reader_;
     std::string early_body_;  ///< what came with the header, before there was a reader
     std::array<char, 65536> incoming_{};
-    std::size_t kept_ = 0;  ///< bytes of incoming_ that the parser wants again with more behind them
+    std::size_t kept_ = 0;     ///< bytes of incoming_ that the parser wants again with more behind them
+    bool has_stamps_ = false;  ///< other servers' streams have none
     std::string jpeg_;
     std::vector<std::byte> gray_;
 };

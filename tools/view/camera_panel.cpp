@@ -82,6 +82,7 @@ void edit_picture(Session& session, const client::CameraState& camera) {
     if (has_view_angle && ImGui::SliderFloat("field of view", &vfov_deg, 5, 140, "%.1f deg")) {
         client::CameraOptions options;
         options.vfov_deg = vfov_deg;
+        options.zoom = camera.zoom;
         session.link.set_camera(camera.name, "vfov", options);
     }
     static constexpr std::array rates{"1", "5", "10", "15", "24", "25", "30000/1001", "30", "50", "60"};
@@ -107,8 +108,11 @@ void edit_picture(Session& session, const client::CameraState& camera) {
     std::array<const char*, presets.size()> names{};
     for (std::size_t i = 0; i < presets.size(); ++i) names[i] = presets[i].name;
     int lens = camera.lens.model == "pinhole" ? 0 : -1;
-    if (choose("lens", names, lens))
-        session.link.set_camera(camera.name, "lens", options_of(presets[static_cast<std::size_t>(lens)], camera.size));
+    if (choose("lens", names, lens)) {
+        client::CameraOptions options = options_of(presets[static_cast<std::size_t>(lens)], camera.size);
+        if (options.hfov_deg || options.intrinsics) options.zoom = camera.zoom;
+        session.link.set_camera(camera.name, "lens", options);
+    }
 }
 
 /// The camera as camera.list tells it; null before that.

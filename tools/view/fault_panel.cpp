@@ -74,13 +74,11 @@ void draw_faults(Session& session, const std::string& camera, const json& kinds)
             json call{{"camera", camera}, {"kind", draft.kind}, {"severity", draft.severity}, {"params", params}};
             if (draft.seconds > 0)
                 call["end_s"] = static_cast<double>(session.model.world.world_ns) * 1e-9 + draft.seconds;
-            session.link.edit("fault/new",
-                              [call = std::move(call)](const client::Rig& rig) { rig.call("fault.set", call); });
+            session.link.order([call = std::move(call)](const client::Rig& rig) { rig.call("fault.set", call); });
         }
         ImGui::SameLine();
     }
-    if (ImGui::SmallButton("wipe"))
-        session.link.edit("fault/wipe", [camera](const client::Rig& rig) { rig.wipe(camera); });
+    if (ImGui::SmallButton("wipe")) session.link.order([camera](const client::Rig& rig) { rig.wipe(camera); });
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("its wiper: ends dirt, drops and condensation");
     ImGui::TreePop();
 }

@@ -82,6 +82,25 @@ void RigLink::edit(std::string key, Edit edit) {
     worker_->wake();
 }
 
+void RigLink::order(Edit edit) {
+    std::string key;
+    {
+        const std::lock_guard lock(mutex_);
+        key = "order/" + std::to_string(++orders_);
+    }
+    this->edit(std::move(key), std::move(edit));
+}
+
+void RigLink::tell(std::string words) {
+    const std::lock_guard lock(mutex_);
+    told_ = std::move(words);
+}
+
+std::optional<std::string> RigLink::take_told() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(told_, {});
+}
+
 void RigLink::set_camera(const std::string& name, const std::string& key, client::CameraOptions options) {
     edit(name + "/" + key,
          [name, options = std::move(options)](const client::Rig& rig) { rig.camera(name).set(options); });

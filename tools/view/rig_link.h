@@ -29,12 +29,18 @@ public:
     RigModel model() const;
     using Edit = std::function<void(const client::Rig&)>;
     void edit(std::string key, Edit edit);
+    /// One that no later one takes the place of.
+    void order(Edit edit);
     void set_camera(const std::string& name, const std::string& key, client::CameraOptions options);
     /// As the rig describes them: parameters of cameras, without those that have controls of their own (`camera`), and
     /// kinds of outputs (`outputs`) and of faults (`faults`). Null until it has answered.
     nlohmann::json description() const;
     /// Whether an edit with this key waits or is not yet in the model.
     bool is_pending(const std::string& key) const;
+    /// For edits, which are done on another thread: what the person is to be told of how they went.
+    void tell(std::string words);
+    /// The last of it, once.
+    std::optional<std::string> take_told();
 
 private:
     std::chrono::milliseconds turn();
@@ -53,6 +59,8 @@ private:
     nlohmann::json description_;                      ///< guarded by mutex_
     std::deque<std::pair<std::string, Edit>> edits_;  ///< guarded by mutex_
     std::set<std::string> in_work_;                   ///< guarded by mutex_
+    std::optional<std::string> told_;                 ///< guarded by mutex_
+    std::uint64_t orders_ = 0;                        ///< guarded by mutex_
     std::int64_t last_firing_ = 0;                    ///< of the thread that follows events
     std::optional<Worker> worker_;
     std::optional<Worker> events_;

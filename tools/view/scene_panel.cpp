@@ -11,7 +11,6 @@
 namespace camrig::view {
 namespace {
 
-constexpr const char* world_texture = "/world";  // no camera's name
 constexpr double frustum_m = 1.2;
 constexpr double speed_m_s = 4;
 constexpr double fast = 4;

@@ -141,12 +141,13 @@ void Session::save() {
 
 void Session::write_file() {
     // Asked anew, after all edits before it: what is written is what the rig has.
-    link.edit("save", [file = arrangement, own = own_camera](const client::Rig& rig) {
+    link.edit("save", [this, file = arrangement, own = own_camera](const client::Rig& rig) {
+        link.tell("not saved to " + file.string());
         auto done = write_arrangement(file, arrangement_of(rig.call("camera.list"), own));
         if (!done) throw client::Error("unavailable", done.error().message);
+        link.tell("saved to " + file.string() + "; back with: camrig camera create --file " + file.string() +
+                  " --replace");
     });
-    notice = "saved to " + arrangement.string() + "; back with: camrig camera create --file " + arrangement.string() +
-             " --replace";
 }
 
 void Session::play_or_pause() {
@@ -155,11 +156,12 @@ void Session::play_or_pause() {
 }
 
 void Session::step(std::chrono::nanoseconds how_far) {
-    link.edit("step", [how_far](const client::Rig& rig) { rig.step(how_far); });
+    link.order([how_far](const client::Rig& rig) { rig.step(how_far); });
 }
 
 void Session::update() {
     model = link.model();
+    if (auto told = link.take_told()) notice = std::move(*told);
     if (!has_looked && model.problem.empty()) {
         fly = model.cameras.empty() ? first_look : FlyCamera::at(pose_of(model.cameras.front().world_pose));
         has_looked = true;
@@ -170,6 +172,9 @@ void Session::update() {
         return !is_held && !link.is_pending(item.first + "/pose");
     });
     for (const auto& [name, picture] : pictures.take_small()) textures.put(name, picture);
+    std::vector<std::string> shown = names_of(model.cameras);
+    shown.emplace_back(world_texture);
+    textures.keep_only(shown);
     timeline.update(model);
     pictures.want(names_of(model.cameras));
 }

@@ -18,6 +18,8 @@
 
 namespace camrig::view {
 
+inline constexpr const char* world_texture = "/world";  ///< of the picture of the world: no camera's name
+
 /// What the panels share: the links to the rig, what is chosen, where one looks from. Thread: the window's.
 struct Session {
     Session(const client::Rig& rig, const std::string& own, std::filesystem::path file,

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "tests/unit/bake/scenes.h"
@@ -145,6 +146,50 @@ TEST(Bake, ALampWithDarkPlacesInItsTextureIsMet) {
     const double below = lit * l * side * side / (std::numbers::pi * d * d);
     EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, below,
                 0.04 * below);
+}
+
+TEST(Bake, ALampThatIsSeenFromBothSidesShinesToBoth) {
+    const double l = 100.0, side = 0.2, d = 2.0;
+    auto scene = std::make_shared<world::Scene>(*scene_of({ground, {"lamp", {0, 0, d}, {side, side, 0.001}, 0.0}}));
+    auto panel = std::make_shared<world::Model>(*scene->models.at("lamp").model);
+    // Of the box its top alone.
+    world::Primitive& primitive = panel->meshes[0].primitives[0];
+    std::vector<std::uint32_t> top;
+    for (std::size_t i = 0; i < primitive.indices.size(); i += 3)
+        if (primitive.normals[primitive.indices[i]].y > 0.5f)
+            top.insert(top.end(), primitive.indices.begin() + static_cast<std::ptrdiff_t>(i),
+                       primitive.indices.begin() + static_cast<std::ptrdiff_t>(i) + 3);
+    ASSERT_EQ(top.size(), 6u);
+    primitive.indices = top;
+    panel->materials[0].emissive = glm::vec3(static_cast<float>(l));
+    for (const bool both : {true, false}) {
+        panel = std::make_shared<world::Model>(*panel);
+        panel->materials[0].double_sided = both;
+        scene->models.at("lamp").model = panel;
+        const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 64, .probe_spacing_m = 4.0});
+        const double below = both ? l * side * side / (std::numbers::pi * d * d) : 0.0;
+        EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, below, 0.015)
+            << both;
+    }
+}
+
+TEST(Bake, ASurfaceThatIsTooLargeForItsTexelsHasFewer) {
+    const auto scene = scene_of({{"ground", {0, 0, -0.2}, {300, 300, 0.2}, 0.0}, {"box", {3, 0, 0}, {1, 1, 1}, 0.5}});
+    const world::BakedLight light =
+        baked(scene, {.texels_per_m = 10.0, .max_side = 512, .rays = 16, .probe_spacing_m = 40.0});
+    ASSERT_EQ(light.objects.size(), 2u);
+    for (const world::BakedObject& object : light.objects) EXPECT_EQ(object.surfaces.size(), 1u) << object.name;
+    EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::sky), "ground", {100, 100, 0}, up).g, 1.0, 0.02);
+}
+
+TEST(Bake, MoreLampsThanItCanKeepAreAnError) {
+    std::string lamps;
+    for (int i = 0; i < 70; ++i)
+        lamps +=
+            fmt::format(R"({}{{"name": "l{}", "type": "point", "position": [{}, 0, 1]}})", i == 0 ? "" : ", ", i, i);
+    const auto light = bake(scene_of({ground}, R"(, "lights": [)" + lamps + "]"), {.rays = 16});
+    ASSERT_FALSE(light.has_value());
+    EXPECT_NE(light.error().message.find("70 that are switched apart"), std::string::npos) << light.error().message;
 }
 
 TEST(Bake, ALampsShadowIsDark) {

@@ -118,8 +118,13 @@ TEST(Unwrap, TrianglesWithoutAnAreaHaveAPlaceToo) {
     expect_apart(cut);
 }
 
-TEST(Unwrap, WhatIsTooLargeIsLeftWhole) {
-    EXPECT_EQ(unwrap(ball(4), 5000.0).size.width, 0);
+TEST(Unwrap, WhatIsTooLargeHasFewerTexels) {
+    const world::Primitive shape = ball(4);
+    const world::BakedPrimitive cut = unwrap(shape, 5000.0);
+    EXPECT_GT(cut.size.width, 500);
+    EXPECT_LE(std::max(cut.size.width, cut.size.height), world::BakedPrimitive::max_side);
+    expect_same_triangles(shape, cut);
+    expect_apart(cut);
 }
 
 }  // namespace

@@ -163,6 +163,37 @@ TEST(PtzHead, SlowsDownByTheZoomWhereItIsProportional) {
     ASSERT_TRUE(head.move({.mode = PtzMode::continuous, .pan_deg = 100.0}, zoomed));
     const auto pan = [&](double s) { return head.at(zoomed + seconds(s)).pan_deg; };
     EXPECT_NEAR(pan(4.0) - pan(3.0), 10.0, 1e-9);
+    ASSERT_TRUE(head.move({.mode = PtzMode::continuous, .pan_deg = 20.0}, zoomed));
+    EXPECT_NEAR(pan(4.0) - pan(3.0), 2.0, 1e-9) << "all speeds, so that a stick stays a stick";
+}
+
+TEST(PtzHead, AMoveToAPlaceInThePictureEndsAtTheLimitAndNotBehindIt) {
+    PtzSpec spec = plain();
+    spec.pan_limits_deg = PtzLimits{-175.0, 175.0};
+    PtzHead head(spec);
+    ASSERT_TRUE(head.move({.pan_deg = 170.0}, 0));
+    const TimeNs there = head.arrives_ns();
+    // What is 16 degrees further to the left.
+    ASSERT_TRUE(head.move({.mode = PtzMode::fov, .pan_deg = -174.0}, there));
+    EXPECT_LT(head.arrives_ns(), there + seconds(2.0));
+    EXPECT_NEAR(head.at(head.arrives_ns()).pan_deg, 175.0, 1e-9);
+}
+
+TEST(PtzHead, GoesToPresetsAndHomeAtTheSpeedThatIsAsked) {
+    PtzHead head(plain());
+    ASSERT_TRUE(head.move({.pan_deg = 100.0}, 0));
+    const TimeNs there = head.arrives_ns();
+    ASSERT_TRUE(head.set_preset("there", there));
+    PtzHead slow = head, fast = head;
+    ASSERT_TRUE(slow.go_home(0.1, there));
+    ASSERT_TRUE(fast.go_home(1.0, there));
+    EXPECT_GT(slow.arrives_ns() - there, 5 * (fast.arrives_ns() - there));
+    ASSERT_TRUE(head.move({.pan_deg = 0.0}, there));
+    const TimeNs back = head.arrives_ns();
+    slow = fast = head;
+    ASSERT_TRUE(slow.go_to_preset("there", 0.1, back));
+    ASSERT_TRUE(fast.go_to_preset("there", 1.0, back));
+    EXPECT_GT(slow.arrives_ns() - back, 5 * (fast.arrives_ns() - back));
 }
 
 TEST(PtzHead, WhatNoDataSheetSaysHarmsNothing) {
@@ -257,8 +288,8 @@ TEST(PtzHead, ATourEndsWithAnyOtherCommandAndNoAxisGoesOn) {
             return head.move({.mode = PtzMode::fov, .pan_deg = 5.0, .tilt_deg = -5.0}, now);
         },
         [](PtzHead& head, TimeNs now) { return head.stop(false, true, now); },
-        [](PtzHead& head, TimeNs now) { return head.go_to_preset("b", now); },
-        [](PtzHead& head, TimeNs now) { return head.go_home(now); },
+        [](PtzHead& head, TimeNs now) { return head.go_to_preset("b", 1.0, now); },
+        [](PtzHead& head, TimeNs now) { return head.go_home(1.0, now); },
     });
     for (const auto& command : commands)
         for (const double into_s : {0.05, 0.5, 3.4, 5.4, 500.1}) {
@@ -364,7 +395,7 @@ private:
         if (which < 0.08) return tell([&](PtzHead& head) { return head.start_tour("round", now_); });
         if (which < 0.12) return tell([&](PtzHead& head) { return head.start_tour("to and fro", now_); });
         if (which < 0.15) return tell([&](PtzHead& head) { return head.start_tour("up and down", now_); });
-        if (which < 0.2) return tell([&](PtzHead& head) { return head.go_to_preset("b", now_); });
+        if (which < 0.2) return tell([&](PtzHead& head) { return head.go_to_preset("b", 1.0, now_); });
         if (which < 0.3) {
             const bool turns = random(0.0, 1.0) < 0.7, zooms = random(0.0, 1.0) < 0.7;
             return tell([&](PtzHead& head) { return head.stop(turns, zooms, now_); });

@@ -133,11 +133,11 @@ Result<engine::PtzReply> FakeRig::run(engine::PtzPresets& command) {
         using enum engine::PtzPresets::Action;
         switch (command.action) {
             case go_to:
-                return head.go_to_preset(command.preset, 0);
+                return head.go_to_preset(command.preset, command.speed, 0);
             case remove:
                 return head.remove_preset(command.preset);
             case go_home:
-                return head.go_home(0);
+                return head.go_home(command.speed, 0);
             case set_home:
                 return head.set_home(0), Result<void>();
             case add:

@@ -1,4 +1,9 @@
+#include <chrono>
 #include <future>
+#include <list>
+#include <mutex>
+#include <set>
+#include <thread>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -137,6 +142,23 @@ TEST_F(Points, APullWaitsForAMessageOrItsTimeOrTheNextPull) {
     EXPECT_EQ(answers.size(), 5U);
 }
 
+TEST_F(Points, APullWhoseSubscriptionEndsFirstIsAnswered) {
+    const auto number = subscribe("");
+    pull("", number, 60 * second);
+    ASSERT_TRUE(points.renew("", number, 10 * second, now));
+    pass(10 * second);
+    EXPECT_EQ(answers.size(), 1U);
+}
+
+TEST_F(Points, WhatInputsWereIsForgottenWhenNobodyHearsThem) {
+    subscribe("", picture_topics());
+    const auto inputs = subscribe("", only(EventTopic::digital_input));
+    tell("alarm", true, EventTopic::digital_input);
+    EXPECT_TRUE(points.unsubscribe("", inputs, now, due));
+    const auto again = subscribe("", only(EventTopic::digital_input));
+    EXPECT_EQ(pulled("", again), Got{}) << "it may be otherwise by now";
+}
+
 TEST_F(Points, AnAnswerHasNoMoreMessagesThanAskedForAndTheRestWaits) {
     const auto number = subscribe("");
     for (const char* camera : {"a", "b", "c"}) tell(camera, true);
@@ -271,20 +293,26 @@ public:
         unit.frame = std::make_shared<const frame::Frame>(info, std::move(bytes));
         done(std::move(unit));
     }
-    std::atomic<int> fetched = 0, asked = 0;
+    std::atomic<int> fetched = 0, asked = 0, begun = 0;  ///< begun: asked where the log of events ends
+    std::vector<std::string> cameras{"hall"};
 
 private:
     void answer(engine::Request<engine::ListCameras>& request) {
         ++asked;
-        world::CameraSpec spec;
-        spec.name = "hall";
-        engine::CameraReply reply;
-        reply.camera = world::Camera(std::move(spec));
-        request.done(std::vector{reply});
+        std::vector<engine::CameraReply> all;
+        for (const std::string& name : cameras) {
+            world::CameraSpec spec;
+            spec.name = name;
+            all.emplace_back().camera = world::Camera(std::move(spec));
+        }
+        request.done(std::move(all));
     }
     void answer(engine::Request<engine::WaitEvents>& request) {
         ++asked;
-        if (request.command.timeout_ns == 0) return request.done(engine::EventLog{{}, 7, 0});
+        if (request.command.timeout_ns == 0) {
+            ++begun;
+            return request.done(engine::EventLog{{}, 7, 0});
+        }
         if (request.command.since > 7) return;  // nothing more happens
         world::EventRecord record;
         record.sequence = 8;
@@ -354,6 +382,53 @@ TEST_F(Desk, WhatAPictureSaidIsForgottenWhenNobodyWantsPictures) {
         EXPECT_EQ(message.kind, EventMessage::Kind::initialized);
         EXPECT_EQ(message.state, message.property.topic == EventTopic::too_dark) << "of the picture of now";
     }
+}
+
+TEST_F(Desk, SceneEventsOfBeforeAreNotToldToWhoSubscribesLater) {
+    desk.subscribe("", picture_topics(), 60 * ns_per_s);
+    const auto inputs = desk.subscribe("", only(EventTopic::digital_input), 60 * ns_per_s)->number;
+    EXPECT_TRUE(hears(inputs, EventTopic::digital_input, true));
+    EXPECT_TRUE(desk.unsubscribe("", inputs));
+    EXPECT_EQ(rig.begun, 1);
+    desk.subscribe("", only(EventTopic::digital_input), 60 * ns_per_s);
+    for (int i = 0; i < 1000 && rig.begun < 2; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_EQ(rig.begun, 2) << "from where the log ends then";
+}
+
+/// Pictures take long: each is there after most of a look's period.
+class SlowPictures final : public stream::FrameFetcher {
+public:
+    explicit SlowPictures(WatchedRig& rig) : rig_(rig) {}
+    void fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) override {
+        const std::lock_guard lock(mutex_);
+        seen_.insert(request.camera);
+        threads_.emplace_back([this, request = std::move(request), done = std::move(done)]() mutable {
+            std::this_thread::sleep_for(std::chrono::milliseconds(400));
+            rig_.fetch(std::move(request), std::move(done));
+        });
+    }
+    std::size_t seen() {
+        const std::lock_guard lock(mutex_);
+        return seen_.size();
+    }
+
+private:
+    WatchedRig& rig_;
+    std::mutex mutex_;
+    std::set<std::string> seen_;
+    std::list<std::jthread> threads_;
+};
+
+TEST_F(Desk, EveryCameraHasItsTurnWherePicturesTakeLong) {
+    rig.cameras.clear();
+    for (char name = 'a'; name <= 'p'; ++name) rig.cameras.emplace_back(1, name);
+    SlowPictures pictures(rig);
+    EventDesk busy{rig, pictures};
+    busy.subscribe("", picture_topics(), 60 * ns_per_s);
+    for (int i = 0; i < 1000 && pictures.seen() < rig.cameras.size(); ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_EQ(pictures.seen(), rig.cameras.size());
+    busy.stop();
 }
 
 /// Answers the first question about events late, right after that of the next round.

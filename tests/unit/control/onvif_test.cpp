@@ -6,6 +6,7 @@
 #include <openssl/evp.h>
 
 #include "control/onvif/onvif_service.h"
+#include "control/onvif/ptz_vector.h"
 #include "core/base/clock.h"
 #include "tests/unit/control/fake_rig.h"
 
@@ -84,22 +85,36 @@ TEST(OnvifXml, DurationsAreThoseOfXmlSchema) {
     EXPECT_EQ(duration_of("P1D"), 86'400 * ns_per_s);
     EXPECT_EQ(duration_of("P0DT2H"), 7200 * ns_per_s);
     EXPECT_EQ(duration_of("P1DT2H", 2 * 86'400 * ns_per_s), 93'600 * ns_per_s);
+    EXPECT_EQ(duration_of("P0Y0M0DT0H0M5.000S"), 5 * ns_per_s) << "as Java writes it";
+    EXPECT_EQ(duration_of("P1M", 40 * 86'400 * ns_per_s), 30 * 86'400 * ns_per_s);
+    for (const char* bad : {"P1D1M", "P1S", "PTT1S", "P1YT"}) EXPECT_FALSE(duration_of(bad)) << bad;
     for (const char* bad : {"P", "P1", "P1DT", "PT1D", "P1D2H", "P-1D", "P1DT2H", "P1Y"})
         EXPECT_FALSE(duration_of(bad)) << bad;
     for (const char* bad : {"", "PT", "2S", "PTS", "PT-1S", "PT1D", "PT1S1M", "PT100H", "PT1e5S", "PTnanS"})
         EXPECT_FALSE(duration_of(bad)) << bad;
 }
 
+TEST(OnvifXml, ASpeedIsOfWhatMoves) {
+    pugi::xml_document document;
+    ASSERT_TRUE(parse_xml("<Speed><PanTilt x='1' y='1'/><Zoom x='0.25'/></Speed>", document));
+    const XmlElement speed = XmlElement(document).first_child();
+    EXPECT_EQ(speed_of(speed), 1.0);
+    EXPECT_EQ(speed_of(speed, false), 0.25);
+}
+
 TEST(OnvifXml, TimesAreThoseOfUtc) {
     EXPECT_EQ(time_of_text("1970-01-02T00:00:01Z"), 86'401 * ns_per_s);
     EXPECT_EQ(time_of_text("2026-11-23T20:00:00.123Z"), time_of_text("2026-11-23T20:00:00"));
     EXPECT_EQ(text_of_time(*time_of_text("2026-11-23T20:01:02Z")), "2026-11-23T20:01:02Z");
+    EXPECT_EQ(time_of_text("2026-11-23T20:00:00.5+02:00"), time_of_text("2026-11-23T18:00:00Z"));
+    EXPECT_EQ(time_of_text("2026-11-23T20:00:00-03:30"), time_of_text("2026-11-23T23:30:00Z"));
     // Of a camera whose clock is that wrong, too.
     EXPECT_EQ(text_of_time(-1), "1969-12-31T23:59:59Z");
     EXPECT_EQ(time_of_text("1963-02-28T12:00:01Z").value_or(0) % ns_per_s, 0);
     EXPECT_EQ(text_of_time(time_of_text("1963-02-28T12:00:01Z").value_or(0)), "1963-02-28T12:00:01Z");
     for (const char* bad : {"", "now", "2026-13-01T00:00:00Z", "2026-02-30T00:00:00Z", "2026-01-01T25:00:00Z",
-                            "2026-01-01T00:00:00+02:00"})
+                            "2026-01-01T00:00:00+02", "2026-01-01T00:00:00+15:00", "2026-01-01T00:00:00+01:60",
+                            "2026-01-01T00:00:00 02:00", "2026-01-01T00:00:00+02:00Z"})
         EXPECT_FALSE(time_of_text(bad)) << bad;
 }
 

@@ -91,7 +91,8 @@ TEST(UnrealCvUnits, NumbersAreThoseOfUsersPrograms) {
     EXPECT_EQ(number_of("-12.5"), -12.5);
     EXPECT_EQ(number_of("+.5"), 0.5);
     EXPECT_EQ(number_of("1e-05"), 1e-5);
-    for (const char* bad : {"", "x", "1x", "nan", "inf", "1 2", "--1"}) EXPECT_FALSE(number_of(bad)) << bad;
+    for (const char* bad : {"", "x", "1x", "nan", "inf", "1 2", "--1", "1e13", "-1e300"})
+        EXPECT_FALSE(number_of(bad)) << bad;
     EXPECT_EQ(integer_of("042"), 42);
     for (const char* bad : {"", "-1", "1.0", "99999999999"}) EXPECT_FALSE(integer_of(bad)) << bad;
 }

@@ -66,6 +66,11 @@ TEST_F(StreamWishes, GovLengthIsInPicturesOfTheNewRate) {
     EXPECT_NEAR(options({.gov_length = 1798}, main())["key_interval_s"].get<double>(), 60, 0.03);
 }
 
+TEST_F(StreamWishes, ABitrateStaysWhatWasAskedForWhateverElseIs) {
+    const json made = options({.frame_rate = 10, .bitrate_kbps = 1381, .told_rate = 30}, main());
+    EXPECT_EQ(made["bitrate_kbps"], 1381) << "by default it would follow the rate";
+}
+
 TEST_F(StreamWishes, OptionsOfTheCodecBeforeGoWithIt) {
     camera_.outputs = {{.kind = "rtsp",
                         .options = {{"stream", "sub"}, {"bitrate_kbps", 500}, {"profile", "high"}, {"preset", "fast"}}},

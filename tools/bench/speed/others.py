@@ -16,6 +16,7 @@ from .plan import Plan
 
 PEERS = REPOSITORY / "tools" / "bench" / "peers"
 PYTHON = REPOSITORY / "build" / "peers" / "bin" / "python"
+PEER_THREADS = 2  # of llvmpipe, by tools/bench/peers/draw.py, and of camrig beside them
 NAMES = ("panda3d", "panda3d-tiny", "mujoco", "pyrender", "vtk")
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from . import limits, programs, runs
 from .figures import figure, lines
 from .meter import percentile
-from .others import difference_of_tiny, other_renderers
+from .others import PEER_THREADS, difference_of_tiny, other_renderers
 from .plan import FULL_HD, HD, QUICK, VGA, Plan, table
 from .sensors import sensors
 from .sharing import sharing
@@ -109,7 +109,7 @@ def machine_limits(plan: Plan) -> str:
     copy = limits.memcpy_gb_s(rounds=4 if plan is QUICK else 20)
     with runs.mesh_scene(2) as sheet:
         views = {"clear": "0,-24,0,0,-48,0", "fill": "0,-24,0,0,0,0"}
-        empty, full = (programs.to_memory(1, FULL_HD, plan.steps, moving=True, scene=sheet, view=view) for view in views.values())
+        empty, full = (programs.to_memory(1, FULL_HD, plan.steps, moving=True, scene=sheet, view=view, device="llvmpipe") for view in views.values())
     frame_mb = VGA[0] * VGA[1] * 4 / 1e6
     rows = [["memcpy, one core", f"{copy:.1f} GB/s", f"an RGBA picture of 640x480 in {frame_mb / copy:.2f} ms"]]
     share = VGA[0] * VGA[1] / (FULL_HD[0] * FULL_HD[1])
@@ -145,14 +145,15 @@ def peers(plan: Plan) -> str:
     for cameras in (4, 12):
         frames = max(3, plan.steps // (2 * cameras))
         for quality in ("fast", "simple"):
-            ours = programs.to_memory(cameras, VGA, frames, moving=True, quality=quality)
+            ours = programs.to_memory(cameras, VGA, frames, moving=True, quality=quality, threads=PEER_THREADS)
             if ours is not None:
                 rows.append([f"camrig, quality `{quality}`", cameras, f"{ours.per_second:.0f}", f"{ours.cpu_ms:.1f}"])
         rows += [[peer["name"], cameras, f"{peer['per_second']:.0f}", f"{peer['cpu_ms']:.1f}"] for peer in results if peer["cameras"] == cameras]
         tiny = [peer["per_second"] for peer in results if (peer["name"], peer["cameras"]) == ("panda3d-tiny", cameras)]
         if ours is not None and tiny:
             to_tiny.append(f"{ours.per_second / tiny[0]:.2f} x with {cameras} cameras")
-    return (title + "The hall and eight people as they stand, the same poses, every camera turned before each picture, 640x480 to arrays in host memory, llvmpipe with two threads. Versions are "
+    return (title + "The hall and eight people as they stand (camrig: all eleven of it, who walk), the same poses of cameras, each turned before each picture, 640x480 to arrays in host memory, "
+            f"camrig and llvmpipe with {PEER_THREADS} threads. Versions are "
             "those that tools/bench/peers/setup installs; what each does not draw is said in tools/bench/peers/README.md.\n\n" + table(["renderer", "cameras", "frames/s", "CPU ms a frame"], rows)
             + ("\n\n" + difference_of_tiny() + " camrig's `simple` draws of its frames a second: " + ", ".join(to_tiny) + "." if to_tiny else ""))
 

@@ -28,13 +28,14 @@ class ToMemory:
 
 
 def to_memory(cameras: int, size: tuple[int, int], frames: int, *, moving: bool = False, quality: str = "simple", layers: bool = True,
-              device: str = "cpu", scene: str = HALL, view: str = "+".join(PLACES)) -> ToMemory | None:
+              device: str = "cpu", scene: str = HALL, view: str = "+".join(PLACES), threads: int | None = None) -> ToMemory | None:
     program = built("render_scene")
     if program is None:
         return None
     text = subprocess.run(
         [program, scene, view, os.devnull, "--size", f"{size[0]}x{size[1]}", "--bench", str(frames), "--cameras", str(cameras),
-         "--device", device, "--moving", "on" if moving else "off", "--quality", quality, "--static-layer", "on" if layers else "off"],
+         "--device", device, "--moving", "on" if moving else "off", "--quality", quality, "--static-layer", "on" if layers else "off",
+         *(["--threads", str(threads)] if threads else [])],
         capture_output=True, text=True, check=True, cwd=REPOSITORY,
     ).stdout
     numbers = re.search(r"\(([\d.]+)/s\), CPU ([\d.]+) ms", text)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from . import limits, programs, runs
 from .figures import figure, stacked, tail
 from .meter import Reading
-from .others import best_peer
+from .others import best_peer, PEER_THREADS
 from .plan import FULL_HD, VGA, Plan, table
 
 # What was tried for rows that may be missed, with what it gave; said beside those that are.
@@ -96,9 +96,9 @@ def _layers(rows: Rows, plan: Plan) -> None:
 def _moving(rows: Rows, plan: Plan) -> None:
     for cameras in (4, 12):
         frames = max(3, plan.steps // (2 * cameras))
-        got = {quality: programs.to_memory(cameras, VGA, frames, moving=True, quality=quality) for quality in ("simple", "fast")}
+        got = {quality: programs.to_memory(cameras, VGA, frames, moving=True, quality=quality, threads=PEER_THREADS) for quality in ("simple", "fast")}
         simple, fast = got["simple"], got["fast"]
-        before = programs.to_memory(cameras, VGA, frames, moving=True, device="llvmpipe")
+        before = programs.to_memory(cameras, VGA, frames, moving=True, device="llvmpipe", threads=PEER_THREADS)
         peer, wanted = best_peer(plan, cameras)
         what = f"{cameras} moving cameras 640x480, nothing kept, to host memory"
         if simple is None or fast is None or before is None:
