@@ -100,7 +100,7 @@ def test_a_light_of_another_state_is_told_and_left_alone(room, tmp_path):
     assert "room.light: " in bake(scene, "--check", code=1).stderr
 
 
-@pytest.mark.parametrize("name", ["hall", "crowd", "street"])
+@pytest.mark.parametrize("name", ["hall", "crowd", "street", "street-night"])
 def test_shipped_scenes_have_the_light_of_their_shapes(name):
     # After a change of one: tools/assets/light NAME.
     assert "up to date" in bake(name, "--check").stdout

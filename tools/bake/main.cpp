@@ -71,6 +71,8 @@ int main(int argc, char** argv) {
     without.baked_light = false;
     const auto scene = world::load_scene(command.scene, without);
     if (!scene) return fail(scene.error().message);
+    const auto files = world::baked_light_files(**scene, (*scene)->file);
+    if (command.checks && command.out.empty() && !files.empty()) command.out = files.front();
     if (command.out.empty()) command.out = fs::path((*scene)->file).replace_extension(world::baked_light_ending);
     if (command.checks) return check(**scene, command.out);
     std::signal(SIGINT, [](int) { is_ended = true; });

@@ -252,13 +252,19 @@ Result<BakedLightRef> read_baked_light(const std::filesystem::path& file, const 
     }
 }
 
-void find_baked_light(Scene& scene, const std::filesystem::path& scene_file) {
+std::vector<std::filesystem::path> baked_light_files(const Scene& scene, const std::filesystem::path& scene_file) {
     std::vector<std::filesystem::path> files{scene_file};
     files.insert(files.end(), scene.bases.begin(), scene.bases.end());
-    for (std::filesystem::path file : files) {
-        file.replace_extension(baked_light_ending);
+    for (std::filesystem::path& file : files) file.replace_extension(baked_light_ending);
+    std::erase_if(files, [](const std::filesystem::path& file) {
         std::error_code problem;
-        if (!std::filesystem::is_regular_file(file, problem)) continue;
+        return !std::filesystem::is_regular_file(file, problem);
+    });
+    return files;
+}
+
+void find_baked_light(Scene& scene, const std::filesystem::path& scene_file) {
+    for (const std::filesystem::path& file : baked_light_files(scene, scene_file)) {
         const auto light = read_baked_light(file, scene);
         if (light) return use_baked_light(scene, *light);
         spdlog::warn("{}: {}; the scene looks as without it. camrig bake {} makes it anew", file.string(),

@@ -25,6 +25,9 @@ Result<BakedLightRef> decode_baked_light(std::span<const std::byte> bytes, const
 /// The same of a file.
 Result<BakedLightRef> read_baked_light(const std::filesystem::path& file, const Scene& scene);
 
+/// The files that have light for a scene of that file: its own and those of its bases, the nearest first.
+std::vector<std::filesystem::path> baked_light_files(const Scene& scene, const std::filesystem::path& scene_file);
+
 /// What lies beside the scene's file or, if nothing does, of one that it stands on, is used. A light that is of another
 /// state of the scene, or damaged, is left alone, and logged: the scene looks as without one.
 void find_baked_light(Scene& scene, const std::filesystem::path& scene_file);
