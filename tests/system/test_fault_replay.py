@@ -235,11 +235,20 @@ def buffers(scenes, fail=True):
     return {kind: told[-STEPS:] for kind, told in lines.items()}, damage
 
 
+def differences(first, again):
+    """What of two runs is not the same: the place in the list, and there both; of a stream only its pictures that differ."""
+    def both(a, b):
+        if not (isinstance(a, dict) and isinstance(b, dict)):
+            return a, b
+        return {number: (a.get(number), b.get(number)) for number in sorted(a.keys() | b.keys()) if a.get(number) != b.get(number)}
+    return [len(first), len(again), *((place, both(a, b)) for place, (a, b) in enumerate(zip(first, again)) if a != b)]
+
+
 def test_pictures_truth_and_http_streams_replay_under_every_kind(scenes):
     kinds = [kind for kind in kinds_of_table() if kind not in NOT_BY_HTTP]
     assert len(kinds) + len(NOT_BY_HTTP) == len(kinds_of_table()), "those have a test of their own, below"
     first, again = pictures_and_streams(scenes, kinds), pictures_and_streams(scenes, kinds)
-    assert [kind for kind in kinds if first[kind] != again[kind]] == []
+    assert {kind: differences(first[kind], again[kind]) for kind in kinds if first[kind] != again[kind]} == {}
     assert len({json.dumps(shown) for shown in first.values()}) == len(kinds) + 1, "each kind does something of its own"
     assert pictures_and_streams(scenes, kinds, fail=False)[WELL] == first[WELL] == again[WELL], "who does not fail does not notice"
 
