@@ -259,10 +259,12 @@ def test_a_camera_whose_clock_is_its_own_is_recorded_at_its_own_instants(rig, tm
 
 
 @pytest.mark.camrig(**MINIMAL)
-@pytest.mark.parametrize("fault, raw", [("drop", ()), ("drop", ("--raw",)), ("stall", ()), ("late", ())])
+@pytest.mark.parametrize("fault, raw", [("drop", ()), ("drop", ("--raw",)), ("stall", ()), ("late", ()), ("restart", ())])
 def test_frames_that_a_fault_keeps_back_are_missing_and_end_no_recording(rig, tmp_path, fault, raw):
     rig.create_camera("cam", size=(64, 48), fps=10, place="main")
-    rig.fault.set("cam", fault, end_s=0.55, **({"probability": 1} if fault == "drop" else {}))
+    # Who refuses readers does so from after the first is there.
+    how = {"drop": {"probability": 1}, "restart": {"start_s": 0.05}}.get(fault, {})
+    rig.fault.set("cam", fault, end_s=0.55, **how)
     summary = record(rig, tmp_path / "bag", "--cameras", "cam", "--seconds", 1, *raw)
     stamps = [stamp_ns(m.header) // 10**8 for m in messages(tmp_path / "bag")["/cam/camera_info"]]
     assert stamps[-5:] == [6, 7, 8, 9, 10] and summary["frames"]["cam"] == len(stamps)

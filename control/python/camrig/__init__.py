@@ -6,6 +6,7 @@
         frame = cam.frame()
 """
 
+from . import tone
 from .camera import Camera
 from .code_strip import Code, read_code
 from .errors import CamrigError, CamrigTimeout
@@ -37,4 +38,5 @@ __all__ = [
     "find_binary",
     "read_code",
     "start",
+    "tone",
 ]

@@ -38,5 +38,7 @@ def error_of_reply(method: str, error: Any) -> CamrigError:
     data = error.get("data")
     kind = data.get("kind") if isinstance(data, dict) else None
     if not isinstance(kind, str):
+        kind = error.get("kind")  # what is refused before it is a request
+    if not isinstance(kind, str):
         kind = _KIND_OF_CODE.get(error.get("code", 0), "internal")
     return CamrigError(kind, str(error.get("message", "no message")))

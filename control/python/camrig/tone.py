@@ -1,6 +1,6 @@
 """From pictures of quality `beautiful` back to light: in scenes with daylight lit surfaces are shown there by a tone curve (docs/quality.md).
 
-    light = camrig.tone.light_of(cam.frame().color)      # HxWx3, linear, as the surfaces sent it times the exposure
+    light = camrig.tone.light_of(cam.frame().image)      # HxWx3, linear, as the surfaces sent it times the exposure
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ come next on it could be the answer to an earlier request.
 from __future__ import annotations
 
 import http.client
+import json
 import os
 import select
 import socket
@@ -114,6 +115,14 @@ class LineConnection(Connection):
         self._socket.close()
 
 
+def _reason(body: bytes) -> str:
+    """What a refusal says of itself, or nothing."""
+    try:
+        return str(json.loads(body)["error"]["message"])
+    except (ValueError, TypeError, KeyError, RecursionError):
+        return ""
+
+
 class HttpConnection(Connection):
     """One object in the body of ``POST /rpc``."""
 
@@ -138,7 +147,7 @@ class HttpConnection(Connection):
         if len(body) > MAX_ANSWER_BYTES:
             raise CamrigError("resource_exhausted", f"the rig's answer is longer than {MAX_ANSWER_BYTES} bytes")
         if response.status in (401, 403):
-            raise CamrigError("unauthorized", f"the rig refused the token (HTTP {response.status})")
+            raise CamrigError("unauthorized", _reason(body) or f"the rig refused the token (HTTP {response.status})")
         if not response.headers.get("Content-Type", "").startswith("application/json"):
             text = body[:200].decode("utf-8", "replace").strip()
             raise CamrigError("unavailable", f"POST /rpc answered HTTP {response.status}: {text}")

@@ -1,6 +1,8 @@
 """The client against a stand-in for the daemon."""
 
 import fcntl
+import http.server
+import json
 import socket
 import threading
 import time
@@ -240,3 +242,29 @@ def test_bytes_behind_an_answer_are_taken_whole_however_they_come():
     thread.join()
     connection.close()
     rigs.close()
+
+
+def test_a_refusal_by_http_keeps_its_reason_and_kind():
+    answers = [(403, {"error": {"message": "Host 'mybox' is not this server's"}}), (503, {"error": {"kind": "resource_exhausted", "message": "too many clients"}}), (401, None)]
+
+    class Refuses(http.server.BaseHTTPRequestHandler):
+        def do_POST(self):
+            self.rfile.read(int(self.headers["Content-Length"]))
+            status, told = answers.pop(0)
+            body = json.dumps(told).encode()
+            self.send_response(status)
+            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_):
+            pass
+
+    with http.server.HTTPServer(("127.0.0.1", 0), Refuses) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        for kind, words in (("unauthorized", "Host 'mybox'"), ("resource_exhausted", "too many clients"), ("unauthorized", "refused the token")):
+            with pytest.raises(camrig.CamrigError, match=words) as refused:
+                camrig.connect(f"http://127.0.0.1:{server.server_port}")
+            assert refused.value.kind == kind
+        server.shutdown()

@@ -3,6 +3,7 @@
 import asyncio
 import contextlib
 import json
+import socket
 
 import pytest
 
@@ -179,3 +180,21 @@ def test_a_wrong_token_is_answered_late_counted_and_told(tmp_path, capsys, monke
 
     asyncio.run(run())
     assert capsys.readouterr().err.count("127.0.0.1 has sent a wrong token; 1 since the start") == 1
+
+
+def test_a_door_takes_nobodys_place(tmp_path):
+    async def run():
+        async with sockets(tmp_path) as (_, path, _):
+            with pytest.raises(CamrigError, match="another rig lives there") as refused:
+                await socket_door.SocketDoor(FakeDoor()).open(path)
+            assert refused.value.kind == "already_exists"
+            reader, writer = await asyncio.open_unix_connection(path)
+            writer.write(asking(5))
+            assert await reader.readline() == b"xxxx\n", "who was there is there"
+            writer.close()
+
+    asyncio.run(run())
+    # One that nobody listens at is left of who was killed.
+    with socket.socket(socket.AF_UNIX) as left:
+        left.bind(str(tmp_path / "left.sock"))
+    asyncio.run(socket_door.SocketDoor(FakeDoor()).open(str(tmp_path / "left.sock")))

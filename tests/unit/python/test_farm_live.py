@@ -376,3 +376,14 @@ def test_parts_of_several_bodies_come_whole_and_end_with_the_first_that_ends():
             assert [each async for each in parts_of(ended)] == [part("a", b"1")]
 
     asyncio.run(run())
+
+
+@pytest.mark.parametrize("params", [{"seconds": "1"}, {"seconds": None}, {"seconds": float("nan")}, {"seconds": float("inf")}, {"nanoseconds": True},
+                                    {"seconds": 0.1, "timeout_s": 5000}, {"seconds": 0.1, "timeout_s": 0}, {"seconds": 0.1, "timeout_s": "x"}])
+def test_a_step_that_no_rig_takes_is_refused_at_once(params):
+    sequencer = Sequencer.__new__(Sequencer)
+    sequencer._is_lockstep = True
+    with pytest.raises(CamrigError) as refused:
+        sequencer._step({"at_ns": 0, "params": params})
+    assert refused.value.kind == "invalid_argument"
+    assert sequencer._step({"at_ns": 5, "params": {"seconds": 0.5}}) == {"at_ns": 5, "kind": "step", "to_ns": 500_000_005, "timeout_s": 10}

@@ -147,12 +147,15 @@ class Recorder:
     # Where frames come from
 
     def _open_readers(self) -> None:
-        if self._options.raw:
-            return
-        for name in self._active:
-            if name not in self._readers:
-                url = Camera(self._rig, name).url("mjpeg", quality=self._options.quality)
-                self._readers[name] = StreamReader(name, url, self._start_ns, self._inbox.put, self._inbox.stream_ended)
+        for name in self._without_reader():
+            self._open_reader(name)
+
+    def _without_reader(self) -> list[str]:
+        return [] if self._options.raw else [name for name in self._active if name not in self._readers]
+
+    def _open_reader(self, name: str) -> None:
+        url = Camera(self._rig, name).url("mjpeg", quality=self._options.quality)
+        self._readers[name] = StreamReader(name, url, self._start_ns, self._inbox.put, self._inbox.stream_ended)
 
     def _renew_readers(self) -> None:
         """A stream ends when its camera changes its size, is deleted, or the rig is gone."""
@@ -160,7 +163,15 @@ class Recorder:
         for name in ended:
             if reader := self._readers.pop(name, None):
                 reader.close()
-        self._open_readers()
+        if not self._without_reader():
+            return
+        self._poll()  # one that was deleted is not to be asked
+        for name in self._without_reader():
+            try:
+                self._open_reader(name)
+            except CamrigError as problem:  # it went meanwhile, or a fault refuses readers: its frames are missing
+                if problem.kind not in ("not_found", "unavailable"):
+                    raise
 
     def _drive(self) -> None:
         """Steps the world from instant to instant: nothing is lost, and every pose is that of its instant."""
@@ -172,7 +183,8 @@ class Recorder:
             self._step(due_ns - now_ns)
             self._poll()
             # A camera whose clock runs its own way has its instants beside the grid; one that exposes for long leaves some out.
-            shown = {name: ns for name in self._active if (ns := self._cameras[name].latest_ns) > now_ns}
+            read = self._active if self._options.raw else [name for name in self._active if name in self._readers]
+            shown = {name: ns for name in read if (ns := self._cameras[name].latest_ns) > now_ns}
             for name in self._kept_back(shown):
                 del shown[name]
             if self._options.raw:

@@ -17,7 +17,7 @@ import nats.errors
 
 from ...errors import CamrigError, error_of_reply
 from .budget import PIECE_BYTES, Budget, Claim, read_exactly, read_line
-from .log import LEASE_S, Subjects
+from .log import LEASE_S, MAX_ENTRY_BYTES, Subjects
 from .placement import is_placeable, owner_of
 from .roster import Roster
 from .wire import Wire, connect_to, url_of
@@ -116,7 +116,7 @@ class Door:
         """To a request or a batch; empty: nobody waits for one. It is in the client's claim."""
         try:
             message = json.loads(line)
-        except ValueError as problem:
+        except (ValueError, RecursionError) as problem:
             return self._no_request(f"not JSON: {problem}", -32700)
         requests = message if isinstance(message, list) else [message]
         if not requests or len(requests) > _MAX_BATCH or not all(isinstance(each, dict) and isinstance(each.get("method"), str) for each in requests):
@@ -209,6 +209,8 @@ class Door:
         if "at_ns" in params:
             raise CamrigError("invalid_argument", "at_ns: a farm says itself when a command is done")
         asked = json.dumps({"id": uuid.uuid4().hex, "method": method, "params": params}).encode()
+        if len(asked) > MAX_ENTRY_BYTES:
+            raise CamrigError("invalid_argument", f"{method}: a command of a farm has at most {MAX_ENTRY_BYTES} bytes")
         timeout_s = STEP_TIMEOUT_S if method == "world.step" else COMMAND_TIMEOUT_S
         deadline = time.monotonic() + timeout_s
         while time.monotonic() < deadline:

@@ -10,6 +10,7 @@ import asyncio
 import collections
 import contextlib
 import json
+import math
 import sys
 import time
 import uuid
@@ -171,10 +172,16 @@ class Sequencer:
         params = entry.pop("params")
         if ("seconds" in params) == ("nanoseconds" in params):
             raise CamrigError("invalid_argument", "world.step: give either seconds or nanoseconds")
+        timeout_s = params.get("timeout_s", 10)
+        for name, value in (("seconds", params.get("seconds", 0)), ("nanoseconds", params.get("nanoseconds", 0)), ("timeout_s", timeout_s)):
+            if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+                raise CamrigError("invalid_argument", f"world.step: {name} is a number")
+        if not 0 < timeout_s <= 3600:
+            raise CamrigError("invalid_argument", "world.step: timeout_s is over 0 s and at most an hour")
         length_ns = params["nanoseconds"] if "nanoseconds" in params else round(params["seconds"] * 1e9)
         if not isinstance(length_ns, int) or not 0 <= length_ns <= 24 * 3600 * 10**9:
             raise CamrigError("invalid_argument", "world.step: from 0 s to a day")
-        return {**entry, "kind": "step", "to_ns": entry["at_ns"] + length_ns, "timeout_s": params.get("timeout_s", 10)}
+        return {**entry, "kind": "step", "to_ns": entry["at_ns"] + length_ns, "timeout_s": timeout_s}
 
     async def _append(self, entry: dict[str, Any]) -> int:
         """Until it is known whether it is there: the worlds wait so long, for they must not run past its time."""

@@ -7,6 +7,7 @@ import contextlib
 import hmac
 import json
 import os
+import socket
 from typing import Any
 
 from ...errors import CamrigError
@@ -28,6 +29,19 @@ def _error(kind: str, message: str, request_id: Any = None) -> bytes:
     return text_of({"jsonrpc": "2.0", "id": request_id, "error": {"code": -32000, "message": message, "data": {"kind": kind}}})
 
 
+def _refuse_if_taken(path: str) -> None:
+    """asyncio takes the place of any socket: one that is listened to is somebody's."""
+    with socket.socket(socket.AF_UNIX) as probe:
+        probe.settimeout(CONNECT_S)
+        try:
+            probe.connect(path)
+        except (BlockingIOError, TimeoutError):
+            pass  # it has more clients than it takes
+        except OSError:
+            return
+    raise CamrigError("already_exists", f"{path}: another rig lives there; end it, or choose another place with --control")
+
+
 class SocketDoor:
     def __init__(self, door: Door) -> None:
         self._door = door
@@ -35,7 +49,8 @@ class SocketDoor:
         self._strangers = 0
 
     async def open(self, path: str) -> None:
-        """The socket is there afterwards, of mode 0600."""
+        """The socket is there afterwards, of mode 0600. already_exists: somebody listens there."""
+        _refuse_if_taken(path)
         before = os.umask(0o177)
         try:
             self._server = await asyncio.start_unix_server(lambda *ends: self._serve("unix", *ends), path, limit=PIECE_BYTES)
