@@ -154,14 +154,14 @@ world::BakedPrimitive unwrap(const world::Primitive& primitive, double texels_pe
     constexpr int most_tries = 64;
     for (int i = 0; i < most_tries && !packed; ++i) {
         flats.clear();
-        glm::dvec2 longest(0.0);
+        double side = 0.0;
         std::vector<ImageSize> sizes;
         for (const std::vector<std::size_t>& chart : charts) {
             flats.push_back(flattened(primitive, mesh, chart, texels_per_unit));
-            longest = glm::max(longest, flats.back().extent);
+            const glm::dvec2 extent = flats.back().extent;
+            if (!std::isfinite(extent.x) || !std::isfinite(extent.y)) return made;
+            side = std::max({side, extent.x, extent.y});
         }
-        const double side = std::max(longest.x, longest.y);
-        if (!std::isfinite(side)) return made;
         if (side >= most) {
             texels_per_unit *= wanted / side;
             continue;

@@ -142,9 +142,11 @@ void Session::save() {
 void Session::write_file() {
     // Asked anew, after all edits before it: what is written is what the rig has.
     link.edit("save", [this, file = arrangement, own = own_camera](const client::Rig& rig) {
-        link.tell("not saved to " + file.string());
         auto done = write_arrangement(file, arrangement_of(rig.call("camera.list"), own));
-        if (!done) throw client::Error("unavailable", done.error().message);
+        if (!done) {
+            link.tell("not saved to " + file.string());
+            throw client::Error("unavailable", done.error().message);
+        }
         link.tell("saved to " + file.string() + "; back with: camrig camera create --file " + file.string() +
                   " --replace");
     });

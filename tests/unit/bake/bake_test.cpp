@@ -16,6 +16,22 @@ using world::LightSource;
 constexpr glm::dvec3 up{0.0, 0.0, 1.0};
 const TestBox ground{"ground", {0, 0, -0.2}, {8, 8, 0.2}, 0.0};
 
+/// The scene in which a model is a lamp of that radiance.
+std::shared_ptr<world::Scene> with_lamp(const std::vector<TestBox>& boxes, const std::string& model, double radiance) {
+    auto scene = std::make_shared<world::Scene>(*scene_of(boxes));
+    auto glowing = std::make_shared<world::Model>(*scene->models.at(model).model);
+    for (world::Material& material : glowing->materials) material.emissive = glm::vec3(static_cast<float>(radiance));
+    scene->models.at(model).model = glowing;
+    return scene;
+}
+
+/// Light at a place on the ground, d before the middle of a wall of light of radiance 1 that is h high and 2 w wide
+/// (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-4).
+double light_of_wall(double d, double h, double w) {
+    const double far = std::hypot(d, h);
+    return (std::atan(w / d) - d / far * std::atan(w / far)) / std::numbers::pi;
+}
+
 TEST(Bake, OpenGroundHasAllOfTheSkyAndNothingFromBelow) {
     const auto scene = scene_of({ground});
     const world::BakedLight light = baked(scene);
@@ -75,11 +91,8 @@ TEST(Bake, LampsOfAGroupAreOneLayerWithTheLightOfAll) {
 /// A small square of radiance L and area A, the lower side of a cube, over a black floor, d below it: L A / (pi d^2).
 TEST(Bake, ALampThatIsASurfaceIsMetByEveryPlace) {
     const double l = 100.0, side = 0.1, d = 2.0;
-    auto scene = std::make_shared<world::Scene>(
-        *scene_of({ground, {"lamp", {0, 0, d}, {side, side, side}, 0.0}, {"block", {1, 0, 0}, {0.5, 0.5, 0.5}, 0.0}}));
-    auto glowing = std::make_shared<world::Model>(*scene->models.at("lamp").model);
-    for (world::Material& material : glowing->materials) material.emissive = glm::vec3(static_cast<float>(l));
-    scene->models.at("lamp").model = glowing;
+    const auto scene = with_lamp(
+        {ground, {"lamp", {0, 0, d}, {side, side, side}, 0.0}, {"block", {1, 0, 0}, {0.5, 0.5, 0.5}, 0.0}}, "lamp", l);
     const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 64, .probe_spacing_m = 4.0});
     const std::size_t layer = layer_of(light, LightSource::glow);
     const double below = l * side * side / (std::numbers::pi * (d - 0.5 * side) * (d - 0.5 * side));
@@ -88,33 +101,24 @@ TEST(Bake, ALampThatIsASurfaceIsMetByEveryPlace) {
         << "the block hides it; without it there would be half as much as below the lamp";
 }
 
-/// The lamp's two triangles have their middles below the floor. A wall of light of radiance 1, h high and 2 w wide, d
-/// away: its upper part alone is seen (Howell, A Catalog of Radiation Heat Transfer Configuration Factors, B-4).
+/// The lamp's two triangles have their middles below the floor; its upper part alone is seen.
 TEST(Bake, ALampThatMostlyLiesBelowTheFloorLightsIt) {
     const double l = 10.0, h = 1.0, w = 1.0, d = 3.5;
-    auto scene = std::make_shared<world::Scene>(*scene_of({ground, {"wall", {d + 0.5, 0, h - 3}, {1, 2 * w, 3}, 0.0}}));
-    auto glowing = std::make_shared<world::Model>(*scene->models.at("wall").model);
-    for (world::Material& material : glowing->materials) material.emissive = glm::vec3(static_cast<float>(l));
-    scene->models.at("wall").model = glowing;
+    const auto scene = with_lamp({ground, {"wall", {d + 0.5, 0, h - 3}, {1, 2 * w, 3}, 0.0}}, "wall", l);
     const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 1024, .probe_spacing_m = 4.0});
-    const double far = std::hypot(d, h);
-    const double seen = (std::atan(w / d) - d / far * std::atan(w / far)) / std::numbers::pi;
-    EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, l * seen,
-                0.03 * l * seen);
+    const double seen = l * light_of_wall(d, h, w);
+    EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, seen,
+                0.03 * seen);
 }
 
 TEST(Bake, BesideALargeLampItIsAsBrightAsItsSizeSays) {
     for (const double d : {0.75, 1.0, 2.0}) {
         const double l = 10.0, h = 2.0, w = 2.0;
-        auto scene = std::make_shared<world::Scene>(*scene_of({ground, {"wall", {d + 0.5, 0, 0}, {1, 2 * w, h}, 0.0}}));
-        auto glowing = std::make_shared<world::Model>(*scene->models.at("wall").model);
-        for (world::Material& material : glowing->materials) material.emissive = glm::vec3(static_cast<float>(l));
-        scene->models.at("wall").model = glowing;
+        const auto scene = with_lamp({ground, {"wall", {d + 0.5, 0, 0}, {1, 2 * w, h}, 0.0}}, "wall", l);
         const world::BakedLight light = baked(scene, {.texels_per_m = 8.0, .rays = 256, .probe_spacing_m = 4.0});
-        const double far = std::hypot(d, h);
-        const double seen = (std::atan(w / d) - d / far * std::atan(w / far)) / std::numbers::pi;
-        EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, l * seen,
-                    0.05 * l * seen)
+        const double seen = l * light_of_wall(d, h, w);
+        EXPECT_NEAR(light_at(scene, light, layer_of(light, LightSource::glow), "ground", {0, 0, 0}, up).g, seen,
+                    0.05 * seen)
             << d;
     }
 }
