@@ -6,7 +6,7 @@ import copy
 import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, Iterator
 
 from .errors import CamrigError
 from .places import find_binary, find_scene
@@ -42,34 +42,46 @@ def read_scene_file(path: Path) -> dict[str, Any]:
 
 def on_its_base(document: dict[str, Any], path: Path) -> dict[str, Any]:
     """All of a scene: what `document`, of the file `path`, says over what its bases say."""
-    changes, at = [], path
-    while "base" in document:
-        if len(changes) == _MAX_BASES:
-            raise CamrigError("invalid_argument", f"{path}: base: more than {_MAX_BASES} files stand on each other")
-        named = document["base"]
-        if not isinstance(named, str):
-            raise CamrigError("invalid_argument", f"{at}: base: must be a text")
-        at = scene_path(named.removeprefix(_SHIPPED)) if named.startswith(_SHIPPED) else at.parent / named
+    changes = []
+    for _, below in _chain(document, path):
         changes.append({key: value for key, value in document.items() if key != "base"})
-        document = read_scene_file(at)
-        if named.startswith(_SHIPPED):
-            _name_as_shipped(document)
+        document = below
     made = copy.deepcopy(document)
     for change in reversed(changes):
         _put_over(made, change)
     return made
 
 
-def open_base(document: dict[str, Any], path: Path) -> dict[str, Any]:
-    """The same scene, with an empty place for whatever its base has a name for: there a change can be put."""
-    made = copy.deepcopy(document)
-    if "base" in made:
-        _open(made, on_its_base(document, path))
-    return made
+def scene_files(path: Path) -> list[Path]:
+    """A scene's file and those that it stands on, nearest first."""
+    return [path, *(file for file, _ in _chain(read_scene_file(path), path))]
+
+
+def _chain(document: dict[str, Any], path: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
+    """What a document, of the file `path`, stands on, nearest first."""
+    at, are_shipped = path, False  # and what they stand on
+    for _ in range(_MAX_BASES):
+        if "base" not in document:
+            return
+        named = document["base"]
+        if not isinstance(named, str):
+            raise CamrigError("invalid_argument", f"{at}: base: must be a text")
+        if named.startswith(_SHIPPED):
+            at, are_shipped = scene_path(named.removeprefix(_SHIPPED)), True
+        elif "/" in named or not named.endswith(".json"):
+            raise CamrigError("invalid_argument", f"{at}: base: must be a .json file of the same folder, or camrig: and the name of a shipped scene")
+        else:
+            at = at.parent / named
+        document = read_scene_file(at)
+        if are_shipped:
+            _name_as_shipped(document)
+        yield at, document
+    if "base" in document:
+        raise CamrigError("invalid_argument", f"{path}: base: more than {_MAX_BASES} files stand on each other")
 
 
 def _is_named(value: Any) -> bool:
-    return isinstance(value, list) and bool(value) and all(isinstance(one, dict) and isinstance(one.get("name"), str) for one in value)
+    return isinstance(value, list) and all(isinstance(one, dict) and isinstance(one.get("name"), str) for one in value)
 
 
 def _put_over(base: dict[str, Any], change: dict[str, Any]) -> None:
@@ -77,31 +89,18 @@ def _put_over(base: dict[str, Any], change: dict[str, Any]) -> None:
         kept = base.get(key)
         if value is None:
             base.pop(key, None)
-        elif isinstance(kept, dict) and isinstance(value, dict):
+        elif isinstance(value, dict):
+            if not isinstance(kept, dict):
+                kept = base[key] = {}
             _put_over(kept, value)
-        elif isinstance(kept, list) and _is_named(kept) and _is_named(value):
+        elif kept and _is_named(kept) and _is_named(value):
             for item in value:
                 same = next((one for one in kept if one["name"] == item["name"]), None)
                 if same is None:
-                    kept.append(copy.deepcopy(item))
-                else:
-                    _put_over(same, item)
+                    kept.append(same := {})
+                _put_over(same, item)
         else:
             base[key] = copy.deepcopy(value)
-
-
-def _open(document: dict[str, Any], whole: dict[str, Any]) -> None:
-    for key, value in whole.items():
-        if isinstance(value, dict):
-            if isinstance(document.setdefault(key, {}), dict):
-                _open(document[key], value)
-        elif _is_named(value):
-            listed = document.setdefault(key, [])
-            for item in value:
-                same = next((one for one in listed if one.get("name") == item["name"]), None)
-                if same is None:
-                    listed.append(same := {"name": item["name"]})
-                _open(same, item)
 
 
 def _name_as_shipped(document: dict[str, Any]) -> None:

@@ -143,16 +143,16 @@ def test_a_clock_is_compared_by_the_quickest_round_trip(monkeypatch):
 
 
 def test_a_rigs_time_is_shared_out_by_pixels(monkeypatch):
-    times = iter([(10.0, 1.0), (20.0, 4.0)])
+    times = iter([(10.0, 1.0), (20.0, 9.0), (30.0, 12.0), (40.0, 60.0)])  # dear at first, as a rig that starts is, and later once more
     now = [0.0, 0.0]
     monkeypatch.setattr("camrig.farm.live.costs.cpu_s", lambda pid: now[1])
     monkeypatch.setattr("camrig.farm.live.costs.time.monotonic", lambda: now[0])
     cameras = [{"name": "big", "size": [200, 100]}, {"name": "small", "size": [100, 100]}, {"name": "idle", "size": [900, 900]}]
     costs = Costs(1)
-    for rendered in (5, 15):
-        now[:] = next(times)
-        told = costs.of([{"name": camera["name"], "rendered": 0 if camera["name"] == "idle" else rendered} for camera in cameras], cameras)
-    assert told == {"big": 0.2, "small": 0.1}
+    told = []
+    for rendered, (now[0], now[1]) in zip((5, 15, 25, 35), times):
+        told.append(costs.of([{"name": camera["name"], "rendered": 0 if camera["name"] == "idle" else rendered} for camera in cameras], cameras))
+    assert told == [{}, {}, *[{"big": 0.2, "small": 0.1}] * 2]
 
 
 def test_a_report_that_waited_in_a_dead_link_brings_nobody_back(monkeypatch):
@@ -167,6 +167,25 @@ def test_a_report_that_waited_in_a_dead_link_brings_nobody_back(monkeypatch):
     assert nodes.hear({**report, "life": "2", "http": 2, "at": 7.0}) and nodes["a"]["http"] == 2
     assert not nodes.hear({**report, "at": 5001.0}) and nodes["a"]["http"] == 2
     assert nodes.hear({**report, "life": "2", "http": 3, "at": 7.3}) and nodes["a"]["http"] == 3
+
+
+def test_a_node_whose_clock_is_slower_or_stood_still_is_heard_again(monkeypatch):
+    now, own = [100.0], [5000.0]
+    monkeypatch.setattr("camrig.farm.live.roster.time.monotonic", lambda: now[0])
+    nodes = Roster()
+
+    def later(seconds, its_seconds):
+        now[0] += seconds
+        own[0] += its_seconds
+        return nodes.hear({"node": "a", "life": "1", "at": own[0]})
+
+    assert all(later(0.5, 0.4999) for _ in range(20_000)), "after 10000 s it is 2 s behind"
+    assert not later(30, 0.5), "its machine stood still, or a link did"
+    heard = [later(0.5, 0.5) for _ in range(10)]
+    assert not any(heard[:6]) and all(heard[8:])
+    # What comes out of a link that was down: late by less and less.
+    now[0] += 30
+    assert not any(later(0.002, 0.5) for _ in range(58)) and later(0.002, 1.0)
 
 
 def test_metrics_of_all_nodes_are_one_page():
@@ -307,6 +326,48 @@ def test_a_rig_is_told_every_command_before_its_world_may_come_to_its_time():
         assert rig.limit == 4_100_000_000_000 and feed.applied == len(times) + 1
         digests = [one["params"]["at_ns"] for one in rig.lines if one["method"] == "world.digest"]
         assert digests == [10**9 * second for second in range(1, 4101)]
+
+    asyncio.run(run())
+
+
+class HeldRig:
+    """Of a lockstep world, of whose steps the first few end half way: a reader stands still."""
+
+    def __init__(self, given_up):
+        self.world_ns, self.given_up, self.done, self.attempts = 0, given_up, [], 0
+
+    def request(self, method, params):
+        return {"id": 0, "method": method, "params": params}
+
+    def send(self, message):
+        params, answer = message["params"], asyncio.get_running_loop().create_future()
+        if message["method"] == "world.step":
+            self.attempts += 1
+            is_given_up = self.attempts <= self.given_up
+            self.world_ns += params["nanoseconds"] // 2 if is_given_up else params["nanoseconds"]
+            reply = {"error": {"code": -32000, "message": "the step waits for a reader"}} if is_given_up else {"result": {"world_ns": self.world_ns}}
+        else:
+            assert self.world_ns == params["at_ns"], "a command of another time"
+            self.done.append((params["name"], self.world_ns))
+            reply = {"result": {}}
+        answer.set_result(json.dumps({"id": 0, **reply}).encode())
+        return answer
+
+    async def call(self, method, **_):
+        assert method == "world.digest"
+        return {"world_ns": self.world_ns, "hash": "", "parts": {}}
+
+
+@pytest.mark.parametrize("then", ["command", "step"])
+def test_a_rig_whose_step_was_held_up_comes_to_where_the_others_are(then):
+    async def run():
+        step = lambda at_ns: {"kind": "step", "at_ns": at_ns, "to_ns": at_ns + 100, "timeout_s": 10}
+        entries = [{"kind": "begin", "epoch_utc_ns": 0, "identity": {"mode": "lockstep"}, "at_ns": 0}, step(0)]
+        entries += [entry("late", 100)] if then == "command" else [step(100), entry("late", 200)]
+        rig = HeldRig(given_up=3 if then == "command" else 1)
+        feed = Feed(FakeLog(entries), rig, {"mode": "lockstep"})
+        await feed.take(len(entries), 0)
+        assert rig.done == [("late", entries[-1]["at_ns"])] and feed.world_ns == rig.world_ns == entries[-1]["at_ns"]
 
     asyncio.run(run())
 

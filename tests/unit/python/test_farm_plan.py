@@ -23,6 +23,7 @@ from camrig.farm.batch.pointer import PointerError, assign
 from camrig.farm.batch.pools import run_drawer
 from camrig.farm.batch.progress import Progress, duration, line
 from camrig.farm.batch.record import MAX_LOST, Run, chosen_again
+from camrig.farm.batch.scene_file import read_scene, varied, write_varied
 from camrig.farm.batch.scratch import scratch
 from camrig.farm.batch.shard import Shard
 from camrig.farm.batch.store import Differs, Store
@@ -102,6 +103,21 @@ def test_places_are_found_by_number_and_by_name():
         with pytest.raises(PointerError) as caught:
             assign(document, wrong, 1)
         assert said in str(caught.value)
+
+
+def test_a_scene_on_a_base_is_drawn_with_what_its_plan_and_its_base_say(load, tmp_path):
+    (tmp_path / "high.json").write_text(json.dumps({"base": "scene.json", "environment": {"exposure": 2}}))
+    told = dict(scene="high.json", cameras=[{"name": "top"}], set={"/lights/sun/intensity": 4})
+    (shard,) = load(**told)
+    made = varied(read_scene(shard.scene), shard.cameras, shard.changes)
+    assert made == {**SCENE, "environment": {"exposure": 2}, "lights": [{"name": "sun", "intensity": 4}], "cameras": [{"name": "top"}]}
+    (tmp_path / "scene.light").write_bytes(b"baked")
+    (lit,) = load(**told)
+    write_varied(shard.scene, made, tmp_path / "made")
+    assert (tmp_path / "made" / "high.light").read_bytes() == b"baked"
+    (tmp_path / "scene.json").write_text(json.dumps({**SCENE, "fog": 1}))
+    (other,) = load(**told)
+    assert len({shard.id, lit.id, other.id}) == 3, "what decides how a shard is drawn is in its name"
 
 
 def test_a_plan_is_cut_into_shards_that_leave_no_gap(load):

@@ -8,7 +8,7 @@ from camrig import CamrigError
 from camrig.farm.batch import plan as plans
 from camrig.farm.batch.pointer import assign
 from camrig.randomize import changes, main, randomize
-from camrig.scene_base import on_its_base, open_base
+from camrig.scene_base import on_its_base
 
 STREET = {
     "camrig_scene": 1,
@@ -62,17 +62,26 @@ def test_an_unknown_kind_is_an_error_that_lists_them():
         changes(STREET, 1, ["hats"])
 
 
-def test_a_scene_on_a_base_is_whole_and_takes_changes_of_what_its_base_has(tmp_path):
-    (tmp_path / "low.json").write_text(json.dumps(STREET))
-    (tmp_path / "high.json").write_text("{}")
-    high = {"base": "low.json", "environment": {"exposure": None, "glow": 2}, "lights": [{"name": "lamp", "intensity": 9}, {"name": "new"}]}
+def test_a_scene_on_a_base_is_whole(tmp_path):
+    (tmp_path / "low.json").write_text(json.dumps({**STREET, "cameras": [{"name": "eye"}]}))
+    high = {"base": "low.json", "environment": {"exposure": None, "glow": 2}, "lights": [{"name": "lamp", "intensity": 9}, {"name": "new", "color": None}],
+            "fog": {"far": None}, "cameras": []}
     whole = on_its_base(high, tmp_path / "high.json")
     assert whole["environment"] == {"glow": 2} and "base" not in whole
     assert whole["lights"] == [{"name": "sun", "intensity": 1}, {"name": "lamp", "intensity": 9}, {"name": "new"}]
-    opened = open_base(high, tmp_path / "high.json")
-    assert on_its_base(opened, tmp_path / "high.json") == whole
-    assign(opened, "/actors/anna/variant", 5)
-    assert on_its_base(opened, tmp_path / "high.json")["actors"][0] == {"name": "anna", "class": "person", "variant": 5}
+    assert whole["fog"] == {} and whole["cameras"] == [{"name": "eye"}], "as the rig puts them together"
+
+
+@pytest.mark.parametrize("base", ["../low.json", "low.txt"])
+def test_a_base_lies_beside_its_scene(tmp_path, base):
+    with pytest.raises(CamrigError, match="high.json: base: must be a .json file of the same folder"):
+        on_its_base({"base": base}, tmp_path / "high.json")
+
+
+def test_models_of_what_a_shipped_scene_stands_on_are_shipped_too(tmp_path):
+    whole = on_its_base({"base": "camrig:street-night"}, tmp_path / "own.json")
+    files = [model["file"] for model in whole["models"].values() if "file" in model]
+    assert files and all(file.startswith("camrig:") for file in files)
 
 
 def test_bases_that_stand_on_themselves_are_an_error(tmp_path):

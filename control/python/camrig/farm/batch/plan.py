@@ -11,7 +11,6 @@ from ...errors import CamrigError
 from ...places import find_binary
 from ...json_checks import Wrong, check_choice, check_integer, check_list, check_number, check_object, check_text, inside, read_json
 from ...randomize import KINDS, changes as randomized
-from ...scene_base import on_its_base, read_scene_file, scene_path
 from .hashing import canonical, file_hash, seed_of
 from .pointer import PointerError
 from .scene_file import read_scene, scene_hash, varied
@@ -117,16 +116,15 @@ class _Scenes:
 
     def whole(self, scene: str) -> dict[str, Any]:
         """All of it, its base put in."""
-        path = scene_path(scene)
-        return on_its_base(read_scene_file(path), path)
+        if scene not in self._read:
+            self._read[scene] = read_scene(scene)
+        return self._read[scene]
 
     def hash(self, place: str, scene: str, cameras: list[Any] | None, changes: Mapping[str, Any]) -> str:
         key = canonical([scene, cameras, changes])
         if key not in self._hashes:
-            if scene not in self._read:
-                self._read[scene] = read_scene(scene)
             try:
-                made = varied(self._read[scene], cameras, changes)
+                made = varied(self.whole(scene), cameras, changes)
             except PointerError as wrong:
                 raise Wrong(place, str(wrong)) from None
             if not made.get("cameras"):

@@ -9,19 +9,20 @@ import struct
 from pathlib import Path
 from typing import Any, Iterator, Mapping
 
-from ...scene_base import open_base, read_scene_file, scene_path
+from ...scene_base import on_its_base, read_scene_file, scene_files, scene_path
 from .hashing import canonical, file_hash, text_hash
 from .pointer import PointerError, assign
 
 _MAX_HEAD_BYTES = 16 << 20
 _MAX_MODEL_BYTES = 256 << 20
 _SHIPPED = "camrig:"
+_LIGHT = ".light"
 
 
 def read_scene(scene: str) -> dict[str, Any]:
-    """With an empty place for whatever its base has a name for, so that changes find it."""
+    """All of it, its base put in."""
     path = scene_path(scene)
-    return open_base(read_scene_file(path), path)
+    return on_its_base(read_scene_file(path), path)
 
 
 def varied(scene: Mapping[str, Any], cameras: list[Any] | None, changes: Mapping[str, Any]) -> dict[str, Any]:
@@ -48,6 +49,9 @@ def write_varied(scene: str, made: Mapping[str, Any], folder: Path) -> Path:
     for beside in original.parent.iterdir():
         if beside.name != original.name:
             (folder / beside.name).symlink_to(beside)
+    own = folder / original.with_suffix(_LIGHT).name
+    if not own.exists() and (light := _light(original)):
+        own.symlink_to(light)
     file = folder / original.name
     file.write_text(canonical(made), encoding="utf-8")
     return file
@@ -60,9 +64,13 @@ def scene_hash(scene: str, made: Mapping[str, Any]) -> str:
     return text_hash([made, files])
 
 
+def _light(scene: Path) -> Path | None:
+    """What was baked for a scene, or else for one that it stands on."""
+    return next((light for file in scene_files(scene) if (light := file.with_suffix(_LIGHT)).is_file()), None)
+
+
 def _assets(scene: Path, made: Mapping[str, Any]) -> Iterator[tuple[str, Path]]:
-    light = scene.with_suffix(".light")
-    if light.is_file():
+    if light := _light(scene):
         yield "light", light
     for text in _texts(made):
         if text.startswith(_SHIPPED):

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import Any, Sequence
 
-#: So long the rig is looked at for a cost.
+#: So long the rig is looked at, twice for a cost.
 COST_S = 5.0
 
 
@@ -34,9 +34,11 @@ class Costs:
     def __init__(self, pid: int) -> None:
         self._pid = pid
         self._before: tuple[float, float, dict[str, int]] | None = None
+        self._seen: dict[str, float] = {}
 
     def of(self, statistics: Sequence[dict[str, Any]], cameras: Sequence[dict[str, Any]]) -> dict[str, float]:
-        """Since the last call, of cameras that were drawn (stats.get's and camera.list's)."""
+        """Of cameras that were drawn since the call before the last and since the last (stats.get's and camera.list's): the lesser of the two, for a
+        first picture, or whatever else is done once, must not move a camera."""
         now = (time.monotonic(), cpu_s(self._pid), {camera["name"]: camera["rendered"] for camera in statistics})
         before, self._before = self._before, now
         if before is None:
@@ -45,4 +47,5 @@ class Costs:
         drawn = {name: (count - before[2].get(name, 0)) * pixels.get(name, 0) for name, count in now[2].items()}
         drawn = {name: part for name, part in drawn.items() if part > 0}
         cores = (now[1] - before[1]) / (now[0] - before[0])
-        return {name: round(cores * part / sum(drawn.values()), 4) for name, part in drawn.items()}
+        seen, self._seen = self._seen, {name: round(cores * part / sum(drawn.values()), 4) for name, part in drawn.items()}
+        return {name: min(cost, seen[name]) for name, cost in self._seen.items() if name in seen}

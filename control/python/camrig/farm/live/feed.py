@@ -25,7 +25,7 @@ _ASK_S = 0.25
 class Feed:
     """The log's entries up to ``applied``, on one rig. ``answers`` has the rig's, by number.
 
-    ``fed``: the newest entry that the rig was told; ``world_ns``: its world's time, as it was last heard (realtime). ``moved``: the cameras
+    ``fed``: the newest entry that the rig was told; ``world_ns``: its world's time, as it was last heard. ``moved``: the cameras
     that entry ``moved_by`` took from the nodes to which they belong by their names, and where they are.
     """
 
@@ -145,15 +145,22 @@ class Feed:
                 self.applied = number
                 continue
             if entry["kind"] == "step":
-                request = self._wire.request("world.step", {"nanoseconds": entry["to_ns"] - entry["at_ns"], "timeout_s": entry["timeout_s"]})
+                answer, digest = await self._step_to(entry["to_ns"], timeout_s=entry["timeout_s"])
+                self.digests.put_nowait({**digest, "step": number})
             else:
-                request = self._wire.request(entry["method"], {**entry["params"], "at_ns": entry["at_ns"]})
-            answer = await self._wire.send(request)
+                while self.world_ns < entry["at_ns"]:  # a reader held a step up for too long
+                    await self._step_to(entry["at_ns"])
+                answer = await self._wire.send(self._wire.request(entry["method"], {**entry["params"], "at_ns": entry["at_ns"]}))
             self.last_at_ns = entry.get("to_ns", entry["at_ns"])
-            if entry["kind"] == "step":
-                self.digests.put_nowait({**await self._wire.call("world.digest", parts=True), "step": number})
             self.applied = number
             self.answers.add([number], answer)
+
+    async def _step_to(self, to_ns: int, **timeout: float) -> tuple[bytes, dict[str, Any]]:
+        """One attempt, from wherever the last one ended; the rig's answer, and its state."""
+        answer = await self._wire.send(self._wire.request("world.step", {"nanoseconds": to_ns - self.world_ns, **timeout}))
+        digest = await self._wire.call("world.digest", parts=True)
+        self.world_ns = digest["world_ns"]
+        return answer, digest
 
 
 def raise_if_different(begin: dict[str, Any], identity: dict[str, Any]) -> None:

@@ -239,7 +239,8 @@ class Node:
         wire = await Wire.open({"control": self.daemon.control})  # one on which nothing waits for a world time
         costs = Costs(self.daemon.process.pid)
         while True:
-            self._costs = costs.of((await wire.call("stats.get"))["cameras"], (await wire.call("camera.list"))["cameras"])
+            if not self._is_behind():  # what it takes to come to the world's time is no camera's
+                self._costs = costs.of((await wire.call("stats.get"))["cameras"], (await wire.call("camera.list"))["cameras"])
             await asyncio.sleep(COST_S)
 
 

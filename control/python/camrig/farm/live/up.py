@@ -53,6 +53,7 @@ class Farm:
         self._leaving: set[str] = set()
         self._scaling = asyncio.Lock()
         self._bus_server: asyncio.subprocess.Process | None = None
+        self._is_ending = False
 
     async def run(self) -> int:
         try:
@@ -74,6 +75,7 @@ class Farm:
                 await self.door.ended.wait()
             return 0
         finally:
+            self._is_ending = True
             for children in (list(self._children.values()), [self._bus_server] if self._bus_server else []):  # nodes leave by the bus
                 for child in children:
                     with contextlib.suppress(ProcessLookupError):
@@ -130,7 +132,7 @@ class Farm:
         """Who has gone is forgotten at once, and another takes its place."""
         code = await child.wait()
         self.door.forget(name)
-        if self.door.ended.is_set() or name in self._leaving:
+        if self._is_ending or name in self._leaving:
             return
         del self._children[name]
         print(f"camrig farm: node {name} has ended ({code})", file=sys.stderr, flush=True)
@@ -206,9 +208,17 @@ async def _up(options: argparse.Namespace) -> int:
     farm = Farm(options)
     loop = asyncio.get_running_loop()
     task = asyncio.ensure_future(farm.run())
-    for end in (signal.SIGTERM, signal.SIGINT):
-        loop.add_signal_handler(end, lambda: farm.door.ended.set() if hasattr(farm, "door") else task.cancel())
-    return await task
+
+    def end() -> None:
+        for number in (signal.SIGTERM, signal.SIGINT):  # another one ends it at once
+            loop.remove_signal_handler(number)
+        task.cancel()
+
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, end)
+    with contextlib.suppress(asyncio.CancelledError):
+        return await task
+    return 0
 
 
 async def _door(options: argparse.Namespace) -> int:
