@@ -42,7 +42,7 @@ def live(options: argparse.Namespace) -> dict[str, Any]:
     is_lockstep = options.mode == "lockstep"
     with camrig.start(options.scene, mode=options.mode, seed=options.seed, overload=None if is_lockstep else "slow") as rig:
         cameras, heads = stage.build(rig, options.cameras, options.heads, options.fps)
-        plan = Plan(cameras, heads, options.strategy, options.rounds, options.loss, options.seed, round(1e9 / options.fps))
+        plan = Plan(cameras, heads, options.strategy, options.rounds, options.loss, options.seed, options.fps)
         is_device = is_lockstep or options.source == "device"
         steps = max(1, round(options.seconds * options.fps))
         ended = Conductor(rig, plan, options.out, is_device, lambda number, of, _: progress("step", number, of)).run(steps)
@@ -54,7 +54,7 @@ def live(options: argparse.Namespace) -> dict[str, Any]:
 
 def about(plan: Plan, mode: str) -> str:
     return (f"{len(plan.cameras)} cameras, {len(plan.heads)} heads, strategy {plan.strategy}, {plan.rounds} rounds of consensus, {plan.loss:.0%} of messages lost, "
-            f"a picture each {plan.period_ns / 1e6:g} ms, seed {plan.seed}, {mode}")
+            f"a picture each {plan.period_s * 1e3:.4g} ms, seed {plan.seed}, {mode}")
 
 
 def main(arguments: Sequence[str]) -> int:

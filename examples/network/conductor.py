@@ -101,9 +101,8 @@ class Conductor:
             return {}
 
     async def _lockstep(self, bus: Bus, programs: Programs, steps: int) -> None:
-        period_ns = self._plan.period_ns
         for step in range(steps):
-            now_ns = (FIRST_FRAME + step) * period_ns
+            now_ns = self._plan.frame_ns(FIRST_FRAME + step)
             expect: dict[str, int] = {}
             for phase in phases(self._plan.rounds):
                 await bus.tell("beat.go", phase=phase, t=now_ns, expect=expect)
@@ -117,8 +116,7 @@ class Conductor:
     def _advance(self, programs: Programs, now_ns: int, is_first: bool) -> None:
         if is_first:
             self._wait_for_readers(programs)
-        while self._rig.status()["world_ns"] < now_ns:
-            self._rig.step(nanoseconds=self._plan.period_ns)
+        self._rig.step(nanoseconds=now_ns - self._rig.status()["world_ns"])
 
     def _wait_for_readers(self, programs: Programs) -> None:
         """Until every program's stream runs: in lockstep readers get what falls due from then on."""
@@ -148,7 +146,7 @@ class Conductor:
 
     async def _real_time(self, bus: Bus, programs: Programs, steps: int) -> None:
         """The world runs, and stands for a moment once a period while its truth is written down, as `camrig record` does."""
-        period_ns = self._plan.period_ns
+        period_ns = round(self._plan.period_s * 1e9)
         end_ns = next_ns = self._rig.status()["world_ns"]
         end_ns += steps * period_ns
         written_ns = -1

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from camrig.frame_times import due_ns, rate_of
+
 from .camera_node import CameraNode
 from .central_node import CENTRE, CentralNode, Reporter
 from .close_ups import HeadNode
@@ -24,10 +26,18 @@ class Plan:
     rounds: int = 0  #: of consensus a step
     loss: float = 0.0  #: share of messages that links lose
     seed: int = 1
-    period_ns: int = 250_000_000  #: between pictures
+    fps: float = 4.0  #: pictures a second of each camera
 
     def to_json(self) -> dict[str, Any]:
         return asdict(self)
+
+    @property
+    def period_s(self) -> float:
+        return 1 / self.fps
+
+    def frame_ns(self, number: int) -> int:
+        """World time of the picture of that number."""
+        return due_ns(rate_of(self.fps), number)
 
     def names(self) -> list[str]:
         """Of all programs."""
@@ -39,7 +49,7 @@ def make_node(plan: Plan, name: str) -> Node:
         camera = plan.heads[name]
         focal_heights = camera["intrinsics"]["fy"] / camera["size"][1]
         # A report is of the picture before; the head is there a period later.
-        return HeadNode(name, camera["pose"]["position"], camera["pose"]["pan_deg"], camera["pose"]["tilt_deg"], focal_heights, plan.period_ns / 1e9)
+        return HeadNode(name, camera["pose"]["position"], camera["pose"]["pan_deg"], camera["pose"]["tilt_deg"], focal_heights, plan.period_s)
     if plan.strategy == "central":
         return CentralNode() if name == CENTRE else Reporter(name)
     graph = communication_graph(plan) if plan.rounds else {}

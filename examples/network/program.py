@@ -171,7 +171,7 @@ async def in_lockstep(program: Program, bus: Bus) -> None:
 async def in_real_time(program: Program, bus: Bus) -> None:
     """Whatever comes is answered at once; what has not come when the next picture is looked at is late."""
     newest = Newest(program.source) if program.source else None
-    now_ns, period_s = 0, program._plan.period_ns / 1e9
+    now_ns, period_s = 0, program._plan.period_s
     ticks = asyncio.get_running_loop().time()
     await bus.tell("beat.ready", name=program.name)
     while not (newest and newest.done):

@@ -77,6 +77,12 @@ def test_next_due_walks_the_grid_of_the_contract(fps, rate):
     assert state.next_due_ns(now_ns - 1) == now_ns
 
 
+def test_a_camera_with_a_phase_has_its_frames_later():
+    late = CameraState.of(reply(fps=10, clock={"phase_ns": 70_000_000, "rate_ppb": 0}))
+    assert [late.due_count(after_ns, 1_000_000_000) for after_ns in (0, 870_000_000, 969_999_999, 970_000_000)] == [10, 1, 1, 0]
+    assert CameraState.of(reply(fps=10)).due_count(970_000_000, 1_000_000_000) == 1
+
+
 def test_the_optical_frame_looks_along_the_x_axis_of_the_link():
     x, y, z, w = OPTICAL_FROM_LINK
     rotation = np.array(

@@ -26,6 +26,7 @@ class CameraState:
     name: str
     size: tuple[int, int]
     rate: Fraction
+    phase_ns: int
     intrinsics: tuple[float, float, float, float]  # fx, fy, cx, cy
     distortion_model: str
     distortion: tuple[float, ...]
@@ -47,6 +48,7 @@ class CameraState:
             name=reply["name"],
             size=(int(width), int(height)),
             rate=rate_of(reply["fps"]),
+            phase_ns=(reply.get("clock") or {}).get("phase_ns", 0),
             intrinsics=tuple(float(intrinsics[key]) for key in ("fx", "fy", "cx", "cy")),  # type: ignore[arg-type]
             distortion_model=model,
             distortion=coefficients,
@@ -81,7 +83,7 @@ class CameraState:
         return next_due_ns(self.rate, after_ns)
 
     def due_count(self, after_ns: int, until_ns: int) -> int:
-        return due_count(self.rate, after_ns, until_ns)
+        return due_count(self.rate, after_ns, until_ns, self.phase_ns)
 
 
 class StateHistory:
