@@ -34,7 +34,12 @@ int main(int argc, char** argv) {
     try {
         const auto rig = camrig::client::connect();
         const auto [camera, is_ours] = find_or_make(rig, argv[1]);
-        in_window ? dummy::run_window(camera) : dummy::run_menu(rig, camera, std::cin, std::cout);
+        try {
+            in_window ? dummy::run_window(camera) : dummy::run_menu(rig, camera, std::cin, std::cout);
+        } catch (const std::exception&) {
+            if (is_ours) camera.remove();
+            throw;
+        }
         if (is_ours) camera.remove();
         return 0;
     } catch (const std::exception& problem) {

@@ -313,6 +313,17 @@ def test_stock_clients_read_cameras_where_the_farm_says(tmp_path):
         assert (tmp_path / "eye2.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_nodes_with_a_certificate_say_rtsps(tmp_path):
+    cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=localhost", "-keyout", str(key), "-out", str(cert)],
+                   capture_output=True, check=True)
+    with farm(f"--arg=--rtsp-cert={cert}", f"--arg=--rtsp-key={key}", nodes=1, scene="minimal") as (rig, _):
+        url = rig.call("farm.status")["cameras"][0]["rtsp"]
+        assert url.startswith("rtsps://")
+        shown = subprocess.run(["ffprobe", "-v", "error", "-show_entries", "stream=codec_name", "-of", "csv=p=0", url], capture_output=True, text=True, timeout=60)
+        assert shown.stdout == "h264\n", shown.stderr
+
+
 def test_a_run_that_is_interrupted_leaves_nobody_waiting(tmp_path):
     """Nodes wait for a bus for ever, so who runs a farm must take them along, also before all of it is there."""
     for end, when in ((signal.SIGINT, "node2"), (signal.SIGTERM, "nats0"), (signal.SIGKILL, "node2")):

@@ -104,7 +104,10 @@ int run(const Options& options) {
     auto window = Window::open(options.width, options.height, "camrig view");
     if (!window) throw camrig::client::Error(std::string(to_string(window.error().kind)), window.error().message);
     stop_at_signals();
-    const std::string own = "view_" + std::to_string(::getpid());
+    // Windows of other machines or containers may have the same process number.
+    std::string own = "view_" + std::to_string(::getpid());
+    const auto others = rig.cameras();
+    while (std::ranges::any_of(others, [&](const auto& camera) { return camera.name() == own; })) own += "_";
     std::atexit(delete_left_behind);
     Session session(rig, own, std::filesystem::absolute(options.file), &Window::redraw);
     const LeftBehind camera([&session] { session.pictures.leave(); });

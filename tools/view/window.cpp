@@ -1,6 +1,7 @@
 #include "tools/view/window.h"
 
 #include <algorithm>
+#include <cctype>
 #include <utility>
 
 #include <GLFW/glfw3.h>
@@ -19,6 +20,15 @@ std::string glfw_problem() {
     const char* words = nullptr;
     ::glfwGetError(&words);
     return words ? words : "no reason given";
+}
+
+/// The key of the letter that it writes, as keyboards of other countries have it; where it writes none of ours, by its
+/// place.
+int letter_or_place(int key, int scancode) {
+    const char* written = ::glfwGetKeyName(key, scancode);
+    if (!written || written[0] == '\0' || written[1] != '\0') return key;
+    const auto letter = static_cast<unsigned char>(written[0]);
+    return std::isalpha(letter) ? std::toupper(letter) : key;
 }
 
 }  // namespace
@@ -47,9 +57,10 @@ Window::Window(GLFWwindow* window) : window_(window) {
     // tapped between two turns, does not notice that a button was let go and pressed again, and takes it to have been
     // pressed where the mouse is some time after.
     ::glfwSetWindowUserPointer(window_, this);
-    ::glfwSetKeyCallback(window_, [](GLFWwindow* self, int key, int, int action, int modifiers) {
+    ::glfwSetKeyCallback(window_, [](GLFWwindow* self, int key, int scancode, int action, int modifiers) {
         auto& keys = static_cast<Window*>(::glfwGetWindowUserPointer(self))->input_.keys;
-        if (action == GLFW_PRESS && keys.size() < max_keys) keys.push_back({key, (modifiers & GLFW_MOD_CONTROL) != 0});
+        if (action == GLFW_PRESS && keys.size() < max_keys)
+            keys.push_back({letter_or_place(key, scancode), (modifiers & GLFW_MOD_CONTROL) != 0});
     });
     ::glfwSetCursorPosCallback(window_, [](GLFWwindow* self, double x, double y) {
         static_cast<Window*>(::glfwGetWindowUserPointer(self))->mouse_ = {static_cast<float>(x), static_cast<float>(y)};

@@ -86,6 +86,7 @@ class Node:
         await self.daemon.start()
         self.wire = await Wire.open({"control": self.daemon.control})
         self.identity = await self.wire.call("rig.identity")
+        self._rtsp_scheme = (await self.wire.call("server.info")).get("rtsp_scheme", "rtsp")
         self.log = CommandLog(self.bus, self.subjects, self.options.replicas)
         await self.log.open()
         self.feed = Feed(self.log, self.wire, self.identity, self.options.clock)
@@ -161,7 +162,7 @@ class Node:
             return  # nobody counts on a node that has not passed the gate; what is said into a dead link comes when it is no longer true
         ready = self.daemon.ready
         report = {"node": self.options.name, "life": self._life, "at": time.monotonic(), "pid": os.getpid(), "rig_pid": self.daemon.process.pid,
-                  **{key: ready.get(key) for key in ("control", "http", "rtsp", "tcp", "host")}, "applied": self.feed.applied,
+                  **{key: ready.get(key) for key in ("control", "http", "rtsp", "tcp", "host")}, "rtsp_scheme": self._rtsp_scheme, "applied": self.feed.applied,
                   "is_sequencer": self.sequencer.is_active, "term": self.lease.term, "leaves": self.leaves, "is_behind": self._is_behind(), **more}
         if offset := self._offset():
             report |= {"clock_ahead_ms": round(offset.ahead_s * 1e3, 3), "clock_bound_ms": round(offset.bound_s * 1e3, 3), "clock_is_off": self._clock_is_off}

@@ -16,9 +16,9 @@ CONNECT_S = 2.0
 
 
 def url_of(report: Mapping[str, Any], target: str, scheme: str = "http") -> str:
-    """Of a node's own port."""
+    """Of a node's own port; RTSP as its rig has it, with a certificate or without."""
     host = f"[{report['host']}]" if ":" in report["host"] else report["host"]
-    return f"{scheme}://{host}:{report[scheme]}{target}"
+    return f"{report['rtsp_scheme'] if scheme == 'rtsp' else scheme}://{host}:{report[scheme]}{target}"
 
 
 async def connect_to(report: Mapping[str, Any], token: str | None, limit: int = _MAX_LINE) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
