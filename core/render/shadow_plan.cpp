@@ -210,12 +210,12 @@ glm::dmat4 ShadowView::map_from(const glm::dmat4& world_from_local) const {
 }
 
 bool operator==(const ShadowView& a, const ShadowView& b) {
-    return a.light == b.light && a.is_local == b.is_local && a.origin == b.origin &&
+    return a.light == b.light && a.side == b.side && a.is_local == b.is_local && a.origin == b.origin &&
            a.map_from_world == b.map_from_world && a.clip_from_map == b.clip_from_map;
 }
 
 std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float exposure,
-                                     std::span<const WorldBox> receivers) {
+                                     std::span<const WorldBox> receivers, bool with_local) {
     std::vector<ShadowView> views;
     if (receivers.empty()) return views;
     std::vector<std::size_t> order;
@@ -224,7 +224,8 @@ std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float
         return lights[i].intensity * std::max({c.r, c.g, c.b});
     };
     for (std::size_t i = 0; i < lights.size(); ++i) {
-        if (brightness(i) > 0.0f) order.push_back(i);
+        const bool is_asked = with_local || lights[i].type == world::LightType::directional;
+        if (is_asked && brightness(i) > 0.0f) order.push_back(i);
     }
     std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
         const bool a_first = lights[a].type == world::LightType::directional,
@@ -241,6 +242,13 @@ std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float
         for (ShadowView& view : of_light) view.light = i;
         views.insert(views.end(), of_light.begin(), of_light.end());
         --left;
+    }
+    const auto is_coarse = [](const ShadowView& view) { return view.texel_m > fine_shadow_texel_m; };
+    if (views.size() > max_fine_shadow_maps || std::ranges::none_of(views, is_coarse)) return views;
+    for (ShadowView& view : views) {
+        view.side = fine_shadow_map_side;
+        view.texel_m *= double{shadow_map_side} / fine_shadow_map_side;
+        view.texel_per_m *= double{shadow_map_side} / fine_shadow_map_side;
     }
     return views;
 }
@@ -259,11 +267,11 @@ std::optional<PixelRect> shadow_texels(const ShadowView& shadow, const WorldBox&
     }
     const auto project = [&](const glm::dvec3& p) {
         const glm::dvec2 clip(shadow.clip_from_map[0][0] * p.x, shadow.clip_from_map[1][1] * p.y);
-        return (clip / p.z * 0.5 + 0.5) * double{shadow_map_side};
+        return (clip / p.z * 0.5 + 0.5) * static_cast<double>(shadow.side);
     };
     glm::dvec2 low, high;
     if (!hull_bounds(points, shadow.is_local ? nearest_local_caster_m : 0.0, project, low, high)) return std::nullopt;
-    return rect_around(low, high, glm::dvec2(shadow_filter_texels), {shadow_map_side, shadow_map_side});
+    return rect_around(low, high, glm::dvec2(shadow_filter_texels), {shadow.side, shadow.side});
 }
 
 std::optional<PixelRect> shadow_pixels(const ViewTransform& view, const ShadowView& shadow, const WorldBox& caster,

@@ -18,8 +18,11 @@ namespace camrig::render {
 inline constexpr int max_shadowed_lights = 4;
 /// Of all of them together: a point light has one for each side of a cube around it that sees anything.
 inline constexpr int max_shadow_maps = 8;
-/// Texels along a side of a shadow map.
-inline constexpr int shadow_map_side = 2048;
+/// Texels along a side of a shadow map; of the finer ones, where there are few maps and their texels would be coarser
+/// than `fine_shadow_texel_m`: who stands in a street must have a shadow.
+inline constexpr int shadow_map_side = 2048, fine_shadow_map_side = 4096;
+inline constexpr double fine_shadow_texel_m = 0.03;
+inline constexpr std::size_t max_fine_shadow_maps = 2;
 /// The most that the map of a directional light covers; beyond, surfaces are lit.
 inline constexpr double max_shadow_extent_m = 200.0;
 /// Near plane of the shadow maps of spot and point lights.
@@ -45,8 +48,9 @@ WorldBox joined(std::span<const WorldBox> boxes);  ///< of at least one
 /// Map frame: x right, y down, z along the light, its origin at `origin`. Points are given relative to that origin in
 /// double before they become floats, so shadows are the same at every distance from the world's origin.
 struct ShadowView {
-    std::size_t light = 0;  ///< into the scene's lights
-    bool is_local = false;  ///< of a spot or point light: rays part from `origin`
+    std::size_t light = 0;       ///< into the scene's lights
+    int side = shadow_map_side;  ///< texels; the same of all maps
+    bool is_local = false;       ///< of a spot or point light: rays part from `origin`
     glm::dvec3 origin{0.0};
     glm::dmat3 map_from_world{1.0};
     /// clip = clip_from_map * (x, y, z, 1); OpenGL's unit cube with depth 0 to 1, w = z for a local light and 1
@@ -64,9 +68,9 @@ struct ShadowView {
 
 /// Chooses the lights and places their maps around `receivers`, the boxes of what stands still and is lit; maps of one
 /// light come after each other, and what one of them has in shadow is so. Empty where there is nothing to fall on or no
-/// light for it.
+/// light for it. with_local: not where baked light has that of lamps.
 std::vector<ShadowView> plan_shadows(std::span<const world::Light> lights, float exposure,
-                                     std::span<const WorldBox> receivers);
+                                     std::span<const WorldBox> receivers, bool with_local = true);
 
 /// How deep planes of a view are beside a point of theirs, from the rows that make place and depth in a map of a point
 /// in the optical frame: the dot products of these and (n, -dot(n, p)), of the plane through p with normal n, are some

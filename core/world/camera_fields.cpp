@@ -194,7 +194,9 @@ std::vector<Entry> make_camera_fields() {
         zoom(),
         {.field = {.name = "pose",
                    .type = "object",
-                   .doc = "see pose; in the frame of its mount, if it has one",
+                   .doc =
+                       "see pose; in the frame of its mount, if it has one. A camera without it and without a `place` "
+                       "is at the origin and looks along +x",
                    .parts = pose_fields(),
                    .shape = "Pose",
                    .is_whole = true,
@@ -269,7 +271,7 @@ std::vector<Entry> make_camera_fields() {
                                        .range = {.high = 24}}),
         {.field = {.name = "outputs",
                    .type = "array of objects",
-                   .doc = "at most 16, no two the same, see outputs",
+                   .doc = "at most 16, no two the same, all of them given; see outputs",
                    .fallback = "[]",
                    .parts = output_fields(),
                    .shape = "Output",

@@ -160,9 +160,10 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stre
 
 asio::awaitable<PictureStream::Failure> PictureStream::send_round(beast::tcp_stream& socket, int& sent, bool& ended) {
     for (const auto& channel : channels_) {
+        const bool is_over = channel->ended();  // asked first: what comes in between is still sent
         auto picture = channel->next();
         if (!picture) {
-            ended = ended || channel->ended();
+            ended = ended || is_over;
             continue;
         }
         const Failure failed = co_await send_part(socket, picture->unit, channel->camera());

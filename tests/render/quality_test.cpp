@@ -468,6 +468,27 @@ TEST(Shadow, OnlyTheBrightestFourLightsHaveOneAndAPointLightSeveral) {
     EXPECT_EQ(plan_shadows(lights, 1.0f, {&floor, 1}).size(), 8u) << "there is no room for a second one";
 }
 
+TEST(Shadow, MapsAreFinerWhereTheyWouldBeCoarseAndAreFew) {
+    std::vector<world::Light> lights{light_of(world::LightType::directional, 1.0f),
+                                     light_of(world::LightType::spot, 10.0f, {0, 0, 5})};
+    const auto plan = [&](double half_m, bool with_local = true) {
+        const WorldBox floor{glm::dvec3(-half_m, -half_m, -1), glm::dvec3(half_m, half_m, 0)};
+        return plan_shadows(lights, 1.0f, {&floor, 1}, with_local);
+    };
+    const auto small = plan(10), large = plan(90);
+    ASSERT_EQ(small.size(), 2u);
+    ASSERT_EQ(large.size(), 2u);
+    for (const ShadowView& view : small) EXPECT_EQ(view.side, shadow_map_side);
+    for (const ShadowView& view : large) EXPECT_EQ(view.side, fine_shadow_map_side);
+    EXPECT_NEAR(large[0].texel_m, 1.02 * 180.0 / fine_shadow_map_side, 1e-3);
+    EXPECT_NEAR(large[1].texel_per_m / small[1].texel_per_m, double{shadow_map_side} / fine_shadow_map_side, 1e-12);
+    EXPECT_EQ(plan(90, false).size(), 1u) << "baked light has that of the spot";
+    lights.push_back(light_of(world::LightType::directional, 0.5f));
+    const auto many = plan(90);
+    ASSERT_EQ(many.size(), 3u);
+    for (const ShadowView& view : many) EXPECT_EQ(view.side, shadow_map_side) << "memory";
+}
+
 TEST(Quality, DepthIdsAndNormalsAreTheSameBytesAtEveryLevel) {
     TestWorld world = plate_and_wall(true, world::LightType::directional);
     world.objects.push_back(instance_of(model_of(ball(), colored(glm::vec3(0.5f))), {6.0, 1.0, -0.5}, 3));

@@ -89,10 +89,9 @@ def test_the_page_of_heads_works(hall, environment, tmp_path):  # noqa: F811
 
 
 def test_the_page_of_clocks_works(hall, environment, tmp_path):  # noqa: F811
-    hall.camera("lobby").delete()
     (block,) = blocks("docs/clocks.md", "sh")
-    shell(block.replace("create garage", "create garage --place lobby"), hall, environment, tmp_path)
-    assert hall.camera("lobby").get()["clock"]["state"] == "ntp"
+    shell(block, hall, environment, tmp_path)
+    assert hall.camera("gate").get()["clock"] == {**hall.camera("gate").get()["clock"], "state": "ntp", "offset_ns": 0, "drift_ppb": 50_000}
     assert hall.camera("garage").get()["clock"]["phase_ns"] == 13_000_000
 
 

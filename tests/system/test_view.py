@@ -237,6 +237,16 @@ def test_its_panel_of_faults_sets_one_as_its_controls_say_shows_and_clears_it(ri
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
+def test_clicks_that_a_slow_window_finds_late_are_where_they_were_made(rig, display, view):
+    view.process.send_signal(signal.SIGSTOP)
+    for _ in range(2):
+        display.xdotool("mousemove", *NEW, "click", 1, "mousemove", *SECONDS)
+    view.process.send_signal(signal.SIGCONT)
+    wait_until(lambda: len(names(rig)) == 4, what="two new cameras beside those of the scene and of the window")
+    view.close()
+
+
+@pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
 def test_a_sensor_is_put_in_and_set_and_what_others_set_of_it_is_shown(rig, display, view):
     cam = rig.camera("main")
     sensor = lambda: cam.get()["sensor"]

@@ -140,7 +140,8 @@ void add_set(CLI::App& camera, CliContext& context) {
         CameraOptions camera;
     };
     auto options = std::make_shared<Options>();
-    CLI::App* set = camera.add_subcommand("set", "changes a camera; what is not given stays");
+    CLI::App* set = camera.add_subcommand(
+        "set", "changes a camera; what is not given stays, but of outputs, of which all are given");
     set->add_option("NAME", options->name, "the camera")->required();
     set->add_option("--seconds", options->seconds, "world time in which pose and field of view get there");
     options->camera.add_to(*set);

@@ -67,8 +67,8 @@ Window::Window(GLFWwindow* window) : window_(window) {
     });
     ::glfwSetMouseButtonCallback(window_, [](GLFWwindow* self, int button, int action, int) {
         auto& window_of_it = *static_cast<Window*>(::glfwGetWindowUserPointer(self));
-        if (button != GLFW_MOUSE_BUTTON_LEFT) return;
-        (action == GLFW_PRESS ? window_of_it.input_.pressed_at : window_of_it.input_.released_at) = window_of_it.mouse_;
+        if (button == GLFW_MOUSE_BUTTON_LEFT && window_of_it.clicks_.size() < max_clicks)
+            window_of_it.clicks_.push_back({action == GLFW_PRESS, window_of_it.mouse_});
     });
     ImGui::CreateContext();
     ImGui::GetIO().IniFilename = nullptr;  // nothing is written beside what is asked for
@@ -89,10 +89,11 @@ void Window::run(const std::atomic<bool>& stop, const std::function<void(ImVec2,
     int turns = turns_after_input;
     while (!stop && !::glfwWindowShouldClose(window_)) {
         const double before = ::glfwGetTime();
-        turns > 0 ? ::glfwPollEvents() : ::glfwWaitEventsTimeout(idle_s);
+        turns > 0 || !clicks_.empty() ? ::glfwPollEvents() : ::glfwWaitEventsTimeout(idle_s);
         turns = ::glfwGetTime() - before < idle_s && turns == 0 ? turns_after_input : std::max(0, turns - 1);
         ImGui_ImplOpenGL3_NewFrame();
         ImGui_ImplGlfw_NewFrame();
+        take_click();
         ImGui::NewFrame();
         draw(ImGui::GetIO().DisplaySize, std::exchange(input_, {}));
         ImGui::Render();
@@ -103,6 +104,18 @@ void Window::run(const std::atomic<bool>& stop, const std::function<void(ImVec2,
         ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
         ::glfwSwapBuffers(window_);
     }
+}
+
+void Window::take_click() {
+    ImGuiIO& io = ImGui::GetIO();
+    if (!clicks_.empty()) {
+        const Click click = clicks_.front();
+        clicks_.pop_front();
+        is_down_ = click.is_down;
+        io.MousePos = click.at;
+        (is_down_ ? input_.pressed_at : input_.released_at) = click.at;
+    }
+    io.MouseDown[ImGuiMouseButton_Left] = is_down_;
 }
 
 void Window::redraw() {

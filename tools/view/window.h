@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -32,8 +33,7 @@ public:
     /// What came since the last turn.
     struct Input {
         std::vector<Key> keys = {};
-        /// Where the left mouse button went down and up last. In a turn that comes late both may be there: the end of
-        /// one drag and the beginning of the next, or a tap.
+        /// Where the left mouse button went down, or up.
         std::optional<ImVec2> pressed_at = {}, released_at = {};
     };
     /// Draws until the window is closed or `stop` is set: when there is input or redraw() was called, and now and then
@@ -45,10 +45,19 @@ public:
 private:
     explicit Window(GLFWwindow* window);
 
-    static constexpr std::size_t max_keys = 64;
+    static constexpr std::size_t max_keys = 64, max_clicks = 64;
+    /// The left mouse button goes down, or up.
+    struct Click {
+        bool is_down;
+        ImVec2 at;
+    };
+    /// A turn that comes late has one of them: each is where the mouse was then, and not where it is now.
+    void take_click();
 
     GLFWwindow* window_;
     Input input_;
+    std::deque<Click> clicks_;  ///< that no turn has had
+    bool is_down_ = false;
     ImVec2 mouse_;  ///< at the event that is being handled
 };
 

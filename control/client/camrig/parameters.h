@@ -502,7 +502,7 @@ struct CameraOptions {
     std::optional<bool> clock_text = {};  ///< burns days, hours, minutes and seconds of world time as its clock has it into the lower left corner of the picture; needs 128x32 pixels
     std::optional<std::string> description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
     std::optional<std::string> group = {};  ///< of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped
-    std::optional<std::vector<Output>> outputs = {};  ///< at most 16, no two the same, see outputs
+    std::optional<std::vector<Output>> outputs = {};  ///< at most 16, no two the same, all of them given; see outputs
 
     template <typename Self, typename Visit>
     static void each_member(Self& self, Visit&& visit) {
@@ -548,7 +548,7 @@ struct CameraState {
     double hfov_deg = 0;  ///< deg; over 0.01 and below 179.9: horizontal field of view, edge to edge
     Intrinsics intrinsics = {};  ///< px; see intrinsics; in an answer, as they follow from the above and zoom
     double zoom = 1;  ///< 1 to 10: scales the focal length; optics are given as they are at the zoom given with them, else at 1
-    Pose pose = {};  ///< see pose; in the frame of its mount, if it has one
+    Pose pose = {};  ///< see pose; in the frame of its mount, if it has one. A camera without it and without a `place` is at the origin and looks along +x
     std::optional<Mount> mount = {};  ///< see mount; null: on nothing, where `pose` is in the world
     std::optional<Ptz> ptz = {};  ///< the head that turns and zooms it, see ptz; `pose` is where it looks at pan and tilt 0; null: no head
     std::optional<Clock> clock = {};  ///< its own clock, see clock: what its stamps say and when it exposes, each wrong on its own; null: none, it is right
@@ -565,7 +565,7 @@ struct CameraState {
     bool clock_text = {};  ///< burns days, hours, minutes and seconds of world time as its clock has it into the lower left corner of the picture; needs 128x32 pixels
     std::string description = {};  ///< of at most 200 characters: free text of yours: where it hangs, what it is for
     std::string group = {};  ///< of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped
-    std::vector<Output> outputs = {};  ///< at most 16, no two the same, see outputs
+    std::vector<Output> outputs = {};  ///< at most 16, no two the same, all of them given; see outputs
     Pose world_pose = {};  ///< where it is in the world, as pose; of a mounted camera, at its latest due frame
     Intrinsics shown_intrinsics = {};  ///< px; intrinsics of its picture now, with what its head zooms
     std::int64_t id = 0;  ///< one life of a camera; never used again

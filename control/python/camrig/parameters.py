@@ -467,7 +467,7 @@ class CameraOptions(TypedDict, total=False):
     group: str
     """of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped; default """""
     outputs: Iterable[Union[Output, str]]
-    """at most 16, no two the same, see outputs; default []"""
+    """at most 16, no two the same, all of them given; see outputs; default []"""
 
 
 class CameraState(TypedDict):
@@ -488,7 +488,7 @@ class CameraState(TypedDict):
     zoom: float
     """1 to 10: scales the focal length; optics are given as they are at the zoom given with them, else at 1"""
     pose: Pose
-    """see pose; in the frame of its mount, if it has one"""
+    """see pose; in the frame of its mount, if it has one. A camera without it and without a `place` is at the origin and looks along +x"""
     mount: Union[Mount, None]
     """see mount; null: on nothing, where `pose` is in the world"""
     ptz: Union[Ptz, None]
@@ -522,7 +522,7 @@ class CameraState(TypedDict):
     group: str
     """of at most 24 characters: a name of yours: of cameras with the same (a stereo pair) the pictures of an instant are all drawn or all dropped"""
     outputs: list[Output]
-    """at most 16, no two the same, see outputs"""
+    """at most 16, no two the same, all of them given; see outputs"""
     world_pose: Pose
     """where it is in the world, as pose; of a mounted camera, at its latest due frame"""
     shown_intrinsics: Intrinsics

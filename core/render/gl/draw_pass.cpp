@@ -275,12 +275,12 @@ void DrawPass::draw_truth(std::span<const scene::SeenSurface> draws) {
     }
 }
 
-void DrawPass::begin_shadows() {
+void DrawPass::begin_shadows(int side) {
     begin_instant();
     view_.quality = world::Quality::beautiful;  // as which materials are sampled
     gl_.DepthFunc(GL_LESS);
     gl_.Enable(GL_DEPTH_CLAMP);
-    gl_.Viewport(0, 0, shadow_map_side, shadow_map_side);
+    gl_.Viewport(0, 0, side, side);
 }
 
 void DrawPass::end_shadows() {

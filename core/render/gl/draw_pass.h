@@ -40,7 +40,7 @@ public:
     /// Distances from lights, between begin_shadows() and end_shadows(): of the statics or the movers, those that
     /// cast shadows, into the depth of `framebuffer`, cleared before if `clears`, with meshes true to
     /// `max_error_m`. Afterwards begin_instant() is needed.
-    void begin_shadows();
+    void begin_shadows(int side);
     void draw_shadows(GLuint framebuffer, bool clears, const ShadowView& shadow, GpuScene& scene, bool of_statics,
                       double max_error_m);
     void end_shadows();

@@ -105,7 +105,6 @@ std::string defines_of(const ShaderKey& key) {
     if (key.has_shadows) {
         define("SHADOWS");
         define("MAX_SHADOWS " + std::to_string(max_shadow_maps));
-        define("SHADOW_MAP_SIDE " + std::to_string(shadow_map_side) + ".0");
         define("SHADOW_BIAS_TEXELS " + std::to_string(shadow_bias_texels));
         define("LEAST_SHADOW_COSINE " + std::to_string(least_shadow_cosine));
     }

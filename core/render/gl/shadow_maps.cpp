@@ -7,10 +7,9 @@
 namespace camrig::render::gl {
 namespace {
 
-GlTexture depth_layers(const GlFunctions& gl, std::size_t count) {
+GlTexture depth_layers(const GlFunctions& gl, int side, std::size_t count) {
     GlTexture texture = make_texture(gl, GL_TEXTURE_2D_ARRAY);
-    gl.TextureStorage3D(texture.name(), 1, GL_DEPTH_COMPONENT32F, shadow_map_side, shadow_map_side,
-                        static_cast<GLsizei>(count));
+    gl.TextureStorage3D(texture.name(), 1, GL_DEPTH_COMPONENT32F, side, side, static_cast<GLsizei>(count));
     return texture;
 }
 
@@ -32,17 +31,18 @@ Result<std::vector<GlFramebuffer>> targets_of(const GlFunctions& gl, const GlTex
 
 Result<void> ShadowMaps::plan(const scene::PlacedScene& scene) {
     const std::vector<WorldBox> boxes = shadow_receivers(scene);
-    const std::size_t before = views_.size();
-    views_ = plan_shadows(scene.lights(), scene.environment().exposure, boxes);
+    const auto size = [this] { return std::pair(views_.size(), views_.empty() ? 0 : views_.front().side); };
+    const auto before = size();
+    views_ = plan_shadows(scene.lights(), scene.environment().exposure, boxes, !scene.has_baked_light());
     if (!boxes.empty()) receivers_ = joined(boxes);
-    if (views_.size() == before) return {};
+    if (size() == before) return {};
     still_targets_.clear();
     now_targets_.clear();
     still_ = {};
     now_ = {};
     if (views_.empty()) return {};
-    still_ = depth_layers(gl_, views_.size());
-    now_ = depth_layers(gl_, views_.size());
+    still_ = depth_layers(gl_, views_.front().side, views_.size());
+    now_ = depth_layers(gl_, views_.front().side, views_.size());
     auto still = targets_of(gl_, still_, views_.size());
     auto now = targets_of(gl_, now_, views_.size());
     if (!still || !now) {
@@ -76,12 +76,12 @@ void ShadowMaps::update(GpuScene& gpu, DrawPass& pass, bool has_detail_levels) {
 
     constexpr std::size_t max_rects = 16;
     dirty_.resize(views_.size());
-    pass.begin_shadows();
+    pass.begin_shadows(views_.front().side);
     for (std::size_t i = 0; i < views_.size(); ++i) {
         std::vector<PixelRect> stale = std::move(dirty_[i]);
         if (is_new) {
             pass.draw_shadows(still_targets_[i].name(), true, views_[i], gpu, true, 0.0);
-            stale = {{0, 0, shadow_map_side, shadow_map_side}};
+            stale = {{0, 0, views_[i].side, views_[i].side}};
         }
         dirty_[i].clear();
         for (const WorldBox& caster : casters_) {

@@ -124,6 +124,7 @@ public:
     const world::SnapshotRef& snapshot() const { return snapshot_; }
     const world::Environment& environment() const { return static_set_->environment; }
     std::span<const world::Light> lights() const { return static_set_->lights; }
+    bool has_baked_light() const { return static_set_->baked_light != nullptr; }
     const LightTable& light_sets() const { return light_sets_; }
     PlacedSurfaces& statics() { return statics_; }
     const PlacedSurfaces& statics() const { return statics_; }

@@ -25,22 +25,23 @@ CAMRIG_LANES ShadowPlace shadow_place(const ShadowInView& map, const Lanes3& p) 
 }
 
 /// The texel right of and below the corner next to a place, moved to where the whole filter still lies in the map.
-CAMRIG_LANES Lanes shadow_corner(Lanes at) {
-    return min(max(floor(min(max(at + 0.5f, lanes(0.0f)), lanes(2.0f * shadow_stride))), lanes(shadow_pad - 2)),
-               lanes(shadow_pad + shadow_map_side + 2));
+CAMRIG_LANES Lanes shadow_corner(const ShadowInView& map, Lanes at) {
+    const auto last = static_cast<float>(shadow_pad + map.side + 2);
+    return min(max(floor(min(max(at + 0.5f, lanes(0.0f)), lanes(2.0f * last))), lanes(shadow_pad - 2)), lanes(last));
 }
 
 /// At which tile the points are looked up.
-CAMRIG_LANES IntLanes shadow_tile_of(Lanes column, Lanes row) {
+CAMRIG_LANES IntLanes shadow_tile_of(const ShadowInView& map, Lanes column, Lanes row) {
     constexpr int shift = std::countr_zero(static_cast<unsigned>(shadow_tile));
-    return (truncated(row) >> shift) * shadow_tiles + (truncated(column) >> shift);
+    return (truncated(row) >> shift) * shadow_tiles(map.side) + (truncated(column) >> shift);
 }
 
 /// Whether movers may be in the way of the light: tiles are noted as far around them as the filter reaches.
 template <typename Isa>
 CAMRIG_LANES IntLanes may_show_movers(const ShadowInView& map, const Lanes3& position) {
     const ShadowPlace place = shadow_place(map, position);
-    return gathered<Isa>(map.movers, shadow_tile_of(shadow_corner(place.column), shadow_corner(place.row))) != 0;
+    return gathered<Isa>(map.movers,
+                         shadow_tile_of(map, shadow_corner(map, place.column), shadow_corner(map, place.row))) != 0;
 }
 
 /// How much deeper the plane of a point is a texel to the right, and one down.
@@ -68,9 +69,9 @@ CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const 
     const ShadowSlope slope = shadow_slope(map, position, n + towards * (used_cosine - cosine));
 
     // The 3x3 tent that I. Castano (Shadow mapping summary, 2013) has in four bilinear fetches, texel by texel.
-    const Lanes column = shadow_corner(place.column), row = shadow_corner(place.row);
+    const Lanes column = shadow_corner(map, place.column), row = shadow_corner(map, place.row);
     const Lanes s = clamp01(place.column + 0.5f - column), t = clamp01(place.row + 0.5f - row);
-    const IntLanes tile = shadow_tile_of(column, row);
+    const IntLanes tile = shadow_tile_of(map, column, row);
     const IntLanes of_movers = has_movers ? gathered<Isa>(map.movers, tile) : IntLanes{};
 
     // Most points lie where all texels around are nearer to the light than they are, or none.
@@ -83,8 +84,9 @@ CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const 
     Lanes sum = (down * (1.0f - s) + down * (2.0f - s)) + (down * (1.0f + s) + down * s);
     sum = is_lit ? sum : Lanes{};
 
+    const int stride = shadow_stride(map.side);
     const IntLanes first =
-        (truncated(row) - shadow_filter_before) * shadow_stride + truncated(column) - shadow_filter_before + of_movers;
+        (truncated(row) - shadow_filter_before) * stride + truncated(column) - shadow_filter_before + of_movers;
     using Floats4 = float __attribute__((vector_size(16)));
     static_assert(shadow_filter_before + 1 + shadow_filter_behind == 4);
     for (unsigned left = Isa::bits(~is_known); left != 0; left &= left - 1) {
@@ -94,7 +96,7 @@ CAMRIG_LANES Lanes share_in_map(const ShadowInView& map, bool has_movers, const 
         const std::array<float, 4> weights{1.0f - below, 2.0f - below, 1.0f + below, below};
         const Floats4 depth = place.depth[k] + slope.right[k] * (Floats4{-1.0f, 0.0f, 1.0f, 2.0f} - right);
         Floats4 lit{};
-        for (std::size_t r = 0; r < 4; ++r, from += shadow_stride) {
+        for (std::size_t r = 0; r < 4; ++r, from += stride) {
             Floats4 texels;
             std::memcpy(&texels, from, sizeof texels);
             const float lower = slope.down[k] * (static_cast<float>(r) - 1.0f - below);
@@ -117,8 +119,8 @@ CAMRIG_LANES Lanes lit_share(std::span<const ShadowInView> maps, bool has_movers
     Lanes least = lanes(1.0f);
     for (const ShadowInView& map : maps) {
         const ShadowPlace place = shadow_place(map, position);
-        const IntLanes is_seen =
-            (min(place.column, place.row) > 0.0f) & (max(place.column, place.row) < static_cast<float>(shadow_stride));
+        const IntLanes is_seen = (min(place.column, place.row) > 0.0f) &
+                                 (max(place.column, place.row) < static_cast<float>(shadow_stride(map.side)));
         if (Isa::bits(is_seen) == 0) continue;
         const Lanes share = share_in_map<Isa>(map, has_movers, position, n, towards);
         least = is_seen ? min(least, share) : least;

@@ -14,7 +14,6 @@ namespace {
 /// The sun is this far away: over 4 km its rays are parallel, and depth even, to 2 cm, and doubles hold places to a
 /// ten thousandth of a millimetre.
 constexpr double sun_m = 1e9;
-constexpr PixelRect all_texels{shadow_pad, shadow_pad, shadow_pad + shadow_map_side, shadow_pad + shadow_map_side};
 /// What nothing is before.
 constexpr float empty_texel = -std::numeric_limits<float>::infinity();
 
@@ -30,11 +29,11 @@ DepthRow depth_row(const ShadowView& view) {
 
 /// What the light sees, as a picture of its own.
 ViewTransform transform_of(const ShadowView& view) {
-    constexpr double half = 0.5 * shadow_map_side;
+    const double half = 0.5 * view.side;
     const DepthRow depth = depth_row(view);
     ViewTransform made;
     made.optical_from_world = view.map_from_world;
-    made.size = {shadow_stride, shadow_stride};
+    made.size = {shadow_stride(view.side), shadow_stride(view.side)};
     made.intrinsics.cx = made.intrinsics.cy = half - 0.5 + shadow_pad;
     if (view.is_local) {
         made.eye = view.origin;
@@ -55,8 +54,8 @@ ViewTransform transform_of(const ShadowView& view) {
     return made;
 }
 
-PixelRect texels_of_tile(int column, int row, int around) {
-    const auto inside = [](int at) { return std::clamp(at, 0, shadow_stride); };
+PixelRect texels_of_tile(int side, int column, int row, int around) {
+    const auto inside = [side](int at) { return std::clamp(at, 0, shadow_stride(side)); };
     return {inside((column * shadow_tile) - around), inside((row * shadow_tile) - around),
             inside((column + 1) * shadow_tile + around), inside((row + 1) * shadow_tile + around)};
 }
@@ -67,18 +66,20 @@ void SoftwareShadows::plan(const scene::PlacedScene& scene) {
     std::vector<WorldBox> boxes = shadow_receivers(scene);
     const std::vector<WorldBox> catchers = shadow_catchers(scene);
     // Where there is a scene, its maps are the same whatever backdrops there are.
-    const std::vector<ShadowView> views =
-        plan_shadows(scene.lights(), scene.environment().exposure, boxes.empty() ? catchers : boxes);
+    const std::vector<ShadowView> views = plan_shadows(scene.lights(), scene.environment().exposure,
+                                                       boxes.empty() ? catchers : boxes, !scene.has_baked_light());
     boxes.insert(boxes.end(), catchers.begin(), catchers.end());
     if (!boxes.empty()) receivers_ = joined(boxes);
+    if (!maps_.empty() && !views.empty() && maps_.front().view.side != views.front().side) maps_.clear();
     while (maps_.size() > views.size()) maps_.pop_back();
     while (maps_.size() < views.size()) {
         constexpr std::size_t alignment = lane_count * sizeof(float);
+        const std::size_t bytes = 2 * shadow_texels_of_map(views.front().side) * sizeof(float);
         Map& map = maps_.emplace_back();
-        map.memory = std::make_unique_for_overwrite<std::byte[]>(2 * shadow_texels_of_map * sizeof(float) + alignment);
+        map.memory = std::make_unique_for_overwrite<std::byte[]>(bytes + alignment);
         void* first = map.memory.get();
-        std::size_t space = 2 * shadow_texels_of_map * sizeof(float) + alignment;
-        map.texels = static_cast<float*>(std::align(alignment, 2 * shadow_texels_of_map * sizeof(float), first, space));
+        std::size_t space = bytes + alignment;
+        map.texels = static_cast<float*>(std::align(alignment, bytes, first, space));
     }
     for (std::size_t i = 0; i < views.size(); ++i) {
         maps_[i].view = views[i];
@@ -103,33 +104,35 @@ void SoftwareShadows::add_casters(Map& map, const scene::PlacedScene& scene, con
 }
 
 void SoftwareShadows::mark_movers(Map& map) const {
-    map.movers.assign(std::size_t{shadow_tiles} * shadow_tiles, 0);
+    const int side = map.view.side, tiles = shadow_tiles(side);
+    map.movers.assign(static_cast<std::size_t>(tiles * tiles), 0);
     for (const WorldBox& caster : casters_) {
         const auto rect = shadow_texels(map.view, caster);
         if (!rect) continue;
         for (int row = (rect->y0 + shadow_pad) / shadow_tile; row <= (rect->y1 - 1 + shadow_pad) / shadow_tile; ++row) {
             const int first = (rect->x0 + shadow_pad) / shadow_tile, last = (rect->x1 - 1 + shadow_pad) / shadow_tile;
-            std::fill_n(map.movers.begin() + row * shadow_tiles + first, last - first + 1,
-                        static_cast<std::int32_t>(shadow_texels_of_map));
+            std::fill_n(map.movers.begin() + row * tiles + first, last - first + 1,
+                        static_cast<std::int32_t>(shadow_texels_of_map(side)));
         }
     }
     // The filter reaches into the tiles beside.
     static_assert(shadow_filter_texels <= shadow_pad);
-    for (int row = 0; row < shadow_tiles; ++row) {
-        for (int column = 0; column < shadow_tiles; ++column) {
-            if (map.movers[static_cast<std::size_t>(row * shadow_tiles + column)] != 0)
-                copy(still(map), moving(map), texels_of_tile(column, row, shadow_pad));
+    for (int row = 0; row < tiles; ++row) {
+        for (int column = 0; column < tiles; ++column) {
+            if (map.movers[static_cast<std::size_t>(row * tiles + column)] != 0)
+                copy(still(map), moving(map), texels_of_tile(side, column, row, shadow_pad));
         }
     }
 }
 
 void SoftwareShadows::find_bounds(Map& map) {
+    const int side = map.view.side, tiles = shadow_tiles(side);
     map.bounds.clear();
-    map.bounds.reserve(std::size_t{shadow_tiles} * shadow_tiles);
+    map.bounds.reserve(static_cast<std::size_t>(tiles * tiles));
     constexpr int around = std::max(shadow_filter_before, shadow_filter_behind);
-    for (int row = 0; row < shadow_tiles; ++row) {
-        for (int column = 0; column < shadow_tiles; ++column) {
-            const PixelRect rect = texels_of_tile(column, row, around);
+    for (int row = 0; row < tiles; ++row) {
+        for (int column = 0; column < tiles; ++column) {
+            const PixelRect rect = texels_of_tile(side, column, row, around);
             ShadowBounds& made = map.bounds.emplace_back(still(map)(rect.y0)[rect.x0], still(map)(rect.y0)[rect.x0]);
             for (int y = rect.y0; y < rect.y1; ++y) {
                 const float* const texels = still(map)(y);
@@ -166,16 +169,17 @@ void SoftwareShadows::update(scene::PlacedScene& scene, const Primitives& primit
     const auto draw = [&](const auto& layer) {
         run(maps_.size() * bands, [&](std::size_t i) {
             const Map& map = maps_[i / bands];
+            const int side = map.view.side;
             const auto row = [&](std::size_t band) {
-                return all_texels.y0 + static_cast<int>(band * shadow_map_side / bands);
+                return shadow_pad + static_cast<int>(band * static_cast<std::size_t>(side) / bands);
             };
-            const PixelRect band{all_texels.x0, row(i % bands), all_texels.x1, row(i % bands + 1)};
+            const PixelRect band{shadow_pad, row(i % bands), shadow_pad + side, row(i % bands + 1)};
             draw_depth(map.geometry, band, layer(map));
         });
     };
     if (is_new) {
         run(maps_.size(), [&](std::size_t i) {
-            std::fill_n(maps_[i].texels, shadow_texels_of_map, empty_texel);
+            std::fill_n(maps_[i].texels, shadow_texels_of_map(maps_[i].view.side), empty_texel);
             add_casters(maps_[i], scene, primitives, true, 0.0, wide_lanes);
         });
         draw(still);
@@ -211,11 +215,12 @@ std::vector<ShadowInView> SoftwareShadows::in_view(const ViewTransform& t) const
         const glm::dmat4 rows = glm::transpose(map_from_optical);  // x, y and z in the map, and 1
         const glm::dvec4 w = view.is_local ? rows[2] : rows[3];
         const auto across = [&](int axis) {
-            return 0.5 * shadow_map_side * (view.clip_from_map[axis][axis] * rows[axis] + w) + double{shadow_pad} * w;
+            return 0.5 * view.side * (view.clip_from_map[axis][axis] * rows[axis] + w) + double{shadow_pad} * w;
         };
         const DepthRow depth = depth_row(view);
         ShadowInView& in = made.emplace_back();
         in.light = view.light;
+        in.side = view.side;
         const std::array<glm::dvec4, 4> place{across(0), across(1), depth.scale * rows[2] + depth.shift * rows[3], w};
         in.rows = {glm::vec4(place[0]), glm::vec4(place[1]), glm::vec4(place[2]), glm::vec4(place[3])};
         in.planes = plane_rows(place);

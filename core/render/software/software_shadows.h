@@ -50,8 +50,10 @@ private:
                      double max_error_m, bool wide_lanes) const;
     void mark_movers(Map& map) const;
     static void find_bounds(Map& map);
-    static Rows<float> still(const Map& map) { return {map.texels, shadow_stride}; }
-    static Rows<float> moving(const Map& map) { return {map.texels + shadow_texels_of_map, shadow_stride}; }
+    static Rows<float> still(const Map& map) { return {map.texels, shadow_stride(map.view.side)}; }
+    static Rows<float> moving(const Map& map) {
+        return {map.texels + shadow_texels_of_map(map.view.side), shadow_stride(map.view.side)};
+    }
 
     std::uint64_t statics_number_ = 0, objects_number_ = 0, proxies_number_ = 0;
     std::deque<Map> maps_;

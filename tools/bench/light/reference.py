@@ -56,6 +56,7 @@ class _Product(mi.Texture):
 
 
 mi.register_texture("camrig_product", lambda properties: _Product(properties))
+from . import gltf_material  # noqa: E402, F401  (registers camrig_gltf, of the variant that is set)
 
 
 @dataclass(frozen=True)
@@ -229,8 +230,8 @@ def _material(surface: Primitive, folder: Path, name: str, is_lambert: bool) -> 
         made = {"type": "diffuse", "reflectance": _color(surface, folder, name)}
     else:
         made = {
-            "type": "principled", "base_color": _color(surface, folder, name),
-            "roughness": max(material.roughness, math.sqrt(math.sqrt(0.002))), "metallic": material.metallic, "specular": 0.5,
+            "type": "camrig_gltf", "base_color": _color(surface, folder, name),
+            "roughness": max(material.roughness, math.sqrt(0.002)), "metallic": material.metallic,
         }
     made = {"type": "twosided", "bsdf": made}
     if material.alpha_mode == "BLEND":

@@ -15,11 +15,13 @@ namespace camrig::render::software {
 namespace {
 
 constexpr float infinity = std::numeric_limits<float>::infinity();
-constexpr std::size_t tile_count = std::size_t{shadow_tiles} * shadow_tiles;
+constexpr std::size_t tiles_of(int side) {
+    return static_cast<std::size_t>(shadow_tiles(side)) * static_cast<std::size_t>(shadow_tiles(side));
+}
 
 // The filter lies in the map wherever it begins, and movers are noted as far around as it reaches.
 static_assert(shadow_pad - 2 - shadow_filter_before >= 0);
-static_assert(shadow_pad + shadow_map_side + 2 + shadow_filter_behind < shadow_stride);
+static_assert(2 + shadow_filter_behind < shadow_pad);
 static_assert(std::max(shadow_filter_before, shadow_filter_behind) <= shadow_filter_texels);
 
 class NumbersOfMaps {
@@ -34,12 +36,14 @@ private:
 
 /// A map whose points are its texels: x and y are column and row, z the depth. Of plains and steps, empty around.
 struct TestedMap {
+    int side;
     std::vector<float> texels;
     std::vector<std::int32_t> movers;
     std::vector<ShadowBounds> bounds;
 
     ShadowInView seen() const {
         ShadowInView made;
+        made.side = side;
         const std::array<glm::dvec4, 4> rows{glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1, 0, 0), glm::dvec4(0, 0, 1, 0),
                                              glm::dvec4(0, 0, 0, 1)};
         std::ranges::transform(rows, made.rows.begin(), [](const glm::dvec4& row) { return glm::vec4(row); });
@@ -50,29 +54,31 @@ struct TestedMap {
         return made;
     }
 };
-TestedMap made_shadow_map(NumbersOfMaps& numbers) {
-    TestedMap map{.texels = std::vector<float>(2 * shadow_texels_of_map, -infinity),
-                  .movers = std::vector<std::int32_t>(tile_count, 0),
+TestedMap made_shadow_map(NumbersOfMaps& numbers, int side) {
+    const int stride = shadow_stride(side), tiles = shadow_tiles(side);
+    TestedMap map{.side = side,
+                  .texels = std::vector<float>(2 * shadow_texels_of_map(side), -infinity),
+                  .movers = std::vector<std::int32_t>(tiles_of(side), 0),
                   .bounds = {}};
-    for (int i = 0; i < 4000; ++i) {
-        const int x0 = static_cast<int>(numbers.uniform(shadow_pad, shadow_pad + shadow_map_side - 90));
-        const int y0 = static_cast<int>(numbers.uniform(shadow_pad, shadow_pad + shadow_map_side - 90));
-        const int side = static_cast<int>(numbers.uniform(1, 90));
+    for (int i = 0; i < side * side / 1024; ++i) {
+        const int x0 = static_cast<int>(numbers.uniform(shadow_pad, shadow_pad + side - 90));
+        const int y0 = static_cast<int>(numbers.uniform(shadow_pad, shadow_pad + side - 90));
+        const int width = static_cast<int>(numbers.uniform(1, 90));
         const float depth = numbers.uniform(0.0, 1.0);
-        for (int y = y0; y < y0 + side; ++y)
-            std::fill_n(map.texels.begin() + std::ptrdiff_t{y} * shadow_stride + x0, side, depth);
+        for (int y = y0; y < y0 + width; ++y)
+            std::fill_n(map.texels.begin() + std::ptrdiff_t{y} * stride + x0, width, depth);
     }
     // Of movers, in every seventh tile, something else everywhere.
-    std::fill(map.texels.begin() + shadow_texels_of_map, map.texels.end(), 0.4f);
-    for (std::size_t tile = 0; tile < tile_count; tile += 7)
-        map.movers[tile] = static_cast<std::int32_t>(shadow_texels_of_map);
-    for (int row = 0; row < shadow_tiles; ++row) {
-        for (int column = 0; column < shadow_tiles; ++column) {
+    const auto behind = static_cast<std::int32_t>(shadow_texels_of_map(side));
+    std::fill(map.texels.begin() + behind, map.texels.end(), 0.4f);
+    for (std::size_t tile = 0; tile < tiles_of(side); tile += 7) map.movers[tile] = behind;
+    for (int row = 0; row < tiles; ++row) {
+        for (int column = 0; column < tiles; ++column) {
             ShadowBounds& made = map.bounds.emplace_back(infinity, -infinity);
             for (int y = row * shadow_tile - 2; y < (row + 1) * shadow_tile + 2; ++y) {
                 for (int x = column * shadow_tile - 2; x < (column + 1) * shadow_tile + 2; ++x) {
-                    if (x < 0 || y < 0 || x >= shadow_stride || y >= shadow_stride) continue;
-                    const float texel = map.texels[static_cast<std::size_t>(y * shadow_stride + x)];
+                    if (x < 0 || y < 0 || x >= stride || y >= stride) continue;
+                    const float texel = map.texels[static_cast<std::size_t>(y * stride + x)];
                     made = {std::min(made.least, texel), std::max(made.most, texel)};
                 }
             }
@@ -81,18 +87,23 @@ TestedMap made_shadow_map(NumbersOfMaps& numbers) {
     return map;
 }
 
-TEST(ShadowLookup, HasTheSameBitsWhetherTilesAreBoundedOrNot) {
+class ShadowLookup : public testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Sides, ShadowLookup, testing::Values(shadow_map_side, fine_shadow_map_side),
+                         testing::PrintToStringParamName());
+
+TEST_P(ShadowLookup, HasTheSameBitsWhetherTilesAreBoundedOrNot) {
+    const int side = GetParam();
     NumbersOfMaps numbers;
-    const TestedMap map = made_shadow_map(numbers);
-    const std::vector<ShadowBounds> none(tile_count, {-infinity, infinity});
+    const TestedMap map = made_shadow_map(numbers, side);
+    const std::vector<ShadowBounds> none(tiles_of(side), {-infinity, infinity});
     ShadowInView bounded = map.seen(), unbounded = map.seen();
     unbounded.bounds = none.data();
     int lit = 0, dark = 0, between = 0;
     for (int i = 0; i < 40000; ++i) {
         Lanes3 at;
         for (int k = 0; k < lane_count; ++k) {
-            at.x[k] = numbers.uniform(-20.0, shadow_stride + 20.0);
-            at.y[k] = numbers.uniform(-20.0, shadow_stride + 20.0);
+            at.x[k] = numbers.uniform(-20.0, shadow_stride(side) + 20.0);
+            at.y[k] = numbers.uniform(-20.0, shadow_stride(side) + 20.0);
             at.z[k] = numbers.uniform(-0.1, 1.1);
         }
         // What no number is has some light, and the same.
@@ -118,25 +129,28 @@ TEST(ShadowLookup, HasTheSameBitsWhetherTilesAreBoundedOrNot) {
 
 /// A plane that a texel's step to the right makes deeper by `right`, and one down by `down`, as a map has it: from its
 /// texels' middles.
-TestedMap plane_map(float right, float down) {
-    TestedMap map{.texels = std::vector<float>(2 * shadow_texels_of_map),
-                  .movers = std::vector<std::int32_t>(tile_count, 0),
-                  .bounds = std::vector<ShadowBounds>(tile_count, {-infinity, infinity})};
-    for (int y = 0; y < shadow_stride; ++y)
-        for (int x = 0; x < shadow_stride; ++x)
-            map.texels[static_cast<std::size_t>(y * shadow_stride + x)] =
+TestedMap plane_map(int side, float right, float down) {
+    const int stride = shadow_stride(side);
+    TestedMap map{.side = side,
+                  .texels = std::vector<float>(2 * shadow_texels_of_map(side)),
+                  .movers = std::vector<std::int32_t>(tiles_of(side), 0),
+                  .bounds = std::vector<ShadowBounds>(tiles_of(side), {-infinity, infinity})};
+    for (int y = 0; y < stride; ++y)
+        for (int x = 0; x < stride; ++x)
+            map.texels[static_cast<std::size_t>(y * stride + x)] =
                 right * (static_cast<float>(x) + 0.5f) + down * (static_cast<float>(y) + 0.5f);
     return map;
 }
 
 /// Without any offset: what is compared is the plane itself.
-TEST(ShadowLookup, APlaneLiesOnItselfHoweverItLeans) {
+TEST_P(ShadowLookup, APlaneLiesOnItselfHoweverItLeans) {
+    const int side = GetParam();
     NumbersOfMaps numbers;
     for (const glm::vec2 slope :
          {glm::vec2(0.0f), glm::vec2(0.5f, 0.0f), glm::vec2(0.0f, -2.0f), glm::vec2(3.0f, -4.0f)}) {
-        const TestedMap map = plane_map(slope.x, slope.y);
+        const TestedMap map = plane_map(side, slope.x, slope.y);
         for (int i = 0; i < 2000; ++i) {
-            const float x = numbers.uniform(20.0, shadow_map_side), y = numbers.uniform(20.0, shadow_map_side);
+            const float x = numbers.uniform(20.0, side), y = numbers.uniform(20.0, side);
             const Lanes3 n{lanes(-slope.x), lanes(-slope.y), lanes(1.0f)},
                 towards{lanes(0.0f), lanes(0.0f), lanes(1.0f)};
             const auto share = [&](float over) {
@@ -151,7 +165,7 @@ TEST(ShadowLookup, APlaneLiesOnItselfHoweverItLeans) {
 }
 
 /// Of any projection: a step to the right or down in the map along a plane.
-TEST(ShadowLookup, PlaneRowsTellTheSlopeOfEveryPlaneInEveryMap) {
+TEST(ShadowPlanes, PlaneRowsTellTheSlopeOfEveryPlaneInEveryMap) {
     NumbersOfMaps numbers;
     const auto number = [&] { return double{numbers.uniform(-1.0, 1.0)}; };
     for (int i = 0; i < 200; ++i) {

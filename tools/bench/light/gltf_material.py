@@ -1,0 +1,86 @@
+"""The material of glTF 2.0 (appendix B of its specification: metal and roughness) as Mitsuba takes it: a Lambert base under a GGX surface of
+F0 0.04, mixed by Schlick's Fresnel, and metal mixed in by its share. What a scene's files define, no more and no less; Mitsuba's own `principled`
+has Burley's diffuse base, which is up to 13 % brighter."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+_F0 = 0.04
+#: What of the samples goes to the base at least, and to the surface: either may be dark.
+_LEAST = 0.1
+
+
+class GltfMaterial(mi.BSDF):
+    """Properties: base_color (texture), roughness, metallic. One side; within `twosided` both."""
+
+    def __init__(self, properties: mi.Properties) -> None:
+        mi.BSDF.__init__(self, properties)
+        self.base, self.metallic = properties["base_color"], properties["metallic"]
+        self.alpha = properties["roughness"] ** 2
+        sides = mi.BSDFFlags.FrontSide | mi.BSDFFlags.SpatiallyVarying
+        self.m_components = [mi.BSDFFlags.DiffuseReflection | sides, mi.BSDFFlags.GlossyReflection | sides]
+        self.m_flags = self.m_components[0] | self.m_components[1]
+
+    def _surface(self) -> mi.MicrofacetDistribution:
+        return mi.MicrofacetDistribution(mi.MicrofacetType.GGX, self.alpha, True)
+
+    def _share(self, base: Any, cosine: Any) -> Any:
+        """Of the samples that go to the surface."""
+        away = (1 - cosine) ** 5
+        dielectric = _F0 + (1 - _F0) * away
+        bright = mi.luminance(base)
+        surface = self.metallic * (bright + (1 - bright) * away) + (1 - self.metallic) * dielectric
+        return dr.clip(surface / dr.maximum(surface + (1 - self.metallic) * bright, 1e-6), _LEAST, 1 - _LEAST if self.metallic < 1 else 1.0)
+
+    def _eval_pdf(self, si: Any, wo: Any, active: Any) -> tuple[Any, Any]:
+        nv, nl = mi.Frame3f.cos_theta(si.wi), mi.Frame3f.cos_theta(wo)
+        active &= (nv > 0) & (nl > 0)
+        half = dr.normalize(si.wi + wo)
+        vh = dr.clip(dr.dot(si.wi, half), 0, 1)
+        surface = self._surface()
+        a2 = self.alpha**2
+        visible = lambda cosine: cosine + dr.sqrt(a2 + (1 - a2) * cosine * cosine)
+        specular = surface.eval(half) / (visible(nl) * visible(nv))
+        away = (1 - vh) ** 5
+        base = self.base.eval(si, active)
+        dielectric = dr.lerp(base * dr.inv_pi, mi.Color3f(specular), _F0 + (1 - _F0) * away)
+        value = dr.lerp(dielectric, specular * (base + (1 - base) * away), self.metallic) * nl
+        share = self._share(base, nv)
+        pdf = share * surface.pdf(si.wi, half) / dr.maximum(4 * vh, 1e-6) + (1 - share) * mi.warp.square_to_cosine_hemisphere_pdf(wo)
+        return dr.select(active, value, 0), dr.select(active, pdf, 0)
+
+    def eval(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        return self._eval_pdf(si, wo, active)[0]
+
+    def pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> Any:
+        return self._eval_pdf(si, wo, active)[1]
+
+    def eval_pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
+        return self._eval_pdf(si, wo, active)
+
+    def sample(self, context: Any, si: Any, sample1: Any, sample2: Any, active: Any = True) -> tuple[Any, Any]:
+        nv = mi.Frame3f.cos_theta(si.wi)
+        active &= nv > 0
+        is_surface = sample1 < self._share(self.base.eval(si, active), nv)
+        half = self._surface().sample(si.wi, sample2)[0]
+        made = dr.zeros(mi.BSDFSample3f)
+        made.wo = dr.select(is_surface, mi.reflect(si.wi, half), mi.warp.square_to_cosine_hemisphere(sample2))
+        value, made.pdf = self._eval_pdf(si, made.wo, active)
+        made.eta = 1.0
+        made.sampled_type = dr.select(is_surface, mi.UInt32(+mi.BSDFFlags.GlossyReflection), mi.UInt32(+mi.BSDFFlags.DiffuseReflection))
+        made.sampled_component = dr.select(is_surface, mi.UInt32(1), mi.UInt32(0))
+        is_good = active & (made.pdf > 0)
+        return made, dr.select(is_good, value / dr.maximum(made.pdf, 1e-30), 0)
+
+    def traverse(self, callback: Any) -> None:
+        callback.put("base_color", self.base, mi.ParamFlags.Differentiable)
+
+    def to_string(self) -> str:
+        return f"GltfMaterial[alpha={self.alpha}, metallic={self.metallic}]"
+
+
+mi.register_bsdf("camrig_gltf", lambda properties: GltfMaterial(properties))
