@@ -108,6 +108,19 @@ MapPlace LightMap::place(const MapTexel& texel, const glm::vec2& beside) const {
     return made;
 }
 
+float LightMap::side_m(const MapTexel& texel) const {
+    const RaySurface& surface = scene_.surfaces()[texel.surface];
+    const MapCorners corners = coordinates_of(*surface.primitive, texel.triangle);
+    const glm::vec2 right = corners[1] - corners[0], down = corners[2] - corners[0];
+    const auto corner = [&](int i) {
+        glm::vec3 shares(0.0f);
+        shares[i] = 1.0f;
+        return surface.position_at(texel.triangle, shares);
+    };
+    const float area = glm::length(glm::cross(corner(1) - corner(0), corner(2) - corner(0)));
+    return std::sqrt(area / std::max(std::abs(right.x * down.y - right.y * down.x), 1e-12f));
+}
+
 std::int32_t LightMap::texel_at(const RayHit& hit) const {
     const Origin& origin = origins_[hit.surface];
     if (!origin.is_there) return -1;

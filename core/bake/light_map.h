@@ -38,6 +38,8 @@ public:
     const std::vector<std::int32_t>& texel_of_index() const { return texel_of_index_; }
     /// The place of a point of the texel, whose middle is 0; beside its triangle the next one of it.
     MapPlace place(const MapTexel& texel, const glm::vec2& beside = glm::vec2(0.0f)) const;
+    /// Metres along a texel's side.
+    float side_m(const MapTexel& texel) const;
     /// The texel that a hit lies in; -1: none.
     std::int32_t texel_at(const RayHit& hit) const;
 

@@ -13,7 +13,7 @@ using world::LightSource;
 
 /// A texel's places have so many rays each. A place from which more of them meet the inside of something is within
 /// that, or under it, and counts for nothing.
-constexpr int rays_of_place = 16, most_insides = 2;
+constexpr int rays_of_place = 16, most_insides = 12;
 /// Beside them, so many to lamps.
 constexpr int lamp_rays_of_place = 4;
 /// Whether a side of something thin is seen is told by so many rays: by what of their light comes from farther than
@@ -115,11 +115,15 @@ void TexelLight::find_direct() {
     albedo_.resize(texels.size());
     front_shares_.resize(texels.size());
     is_open_.resize(texels.size());
+    places_.resize(texels.size());
+    sides_m_.resize(texels.size());
     team_.run(texels.size(), 0.02, BakeTeam::usual_block, [&](std::size_t i) {
         const MapTexel& texel = texels[i];
         const world::Material& material = *scene_.surfaces()[texel.surface].material;
         const glm::vec2 shift = shift_of(1, texel.index);
         front_shares_[i] = front_share(texel);
+        places_[i] = map_.place(texel);
+        sides_m_[i] = map_.side_m(texel);
         for (int k = 0; k < points; ++k) {
             const MapPlace place = map_.place(texel, spread_point(k, shift) - 0.5f);
             const glm::vec3 base(scene_.base_color(texel.surface, texel.triangle, place.shares));
@@ -216,6 +220,12 @@ void TexelLight::find_radiance() {
             radiance_[layer][i] = albedo_[i] * (light_[layer][i] + direct_[layer][i]);
 }
 
+/// Charts that only lie beside each other in the map are other rooms.
+bool TexelLight::are_beside(std::size_t one, std::size_t other, int dx, int dy) const {
+    const float steps = std::sqrt(static_cast<float>(dx * dx + dy * dy));
+    return glm::distance(places_[one].position, places_[other].position) <= 1.6f * steps * sides_m_[one] + 1e-3f;
+}
+
 void TexelLight::mend_insides() {
     constexpr int passes = 8;
     const auto& texels = map_.texels();
@@ -226,8 +236,8 @@ void TexelLight::mend_insides() {
             if (is_good[i] != 0) continue;
             float weight = 0.0f;
             Gathered sum{};
-            each_neighbor(map_, texels[i], 1, [&](std::size_t other, int, int) {
-                if (is_good[other] == 0) return;
+            each_neighbor(map_, texels[i], 1, [&](std::size_t other, int dx, int dy) {
+                if (is_good[other] == 0 || !are_beside(i, other, dx, dy)) return;
                 weight += 1.0f;
                 for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] += light_[layer][other];
             });
@@ -242,19 +252,17 @@ void TexelLight::mend_insides() {
 
 void TexelLight::smooth() {
     const auto& texels = map_.texels();
-    std::vector<MapPlace> places(texels.size());
-    team_.run(texels.size(), 0.005, BakeTeam::usual_block, [&](std::size_t i) { places[i] = map_.place(texels[i]); });
     for (int pass = 0; pass < 2; ++pass) {
         auto made = light_;
         team_.run(texels.size(), 0.005, BakeTeam::usual_block, [&](std::size_t i) {
             float weight = 0.0f;
             Gathered sum{};
             each_neighbor(map_, texels[i], 2, [&](std::size_t other, int dx, int dy) {
-                if (is_open_[other] == 0) return;
-                const glm::vec3 gap = places[other].position - places[i].position;
-                // Of one plane, and beside each other there as they are in the map.
-                if (glm::dot(places[other].normal, places[i].normal) < 0.95f) return;
-                if (std::abs(glm::dot(gap, places[i].side)) > 0.2f * glm::length(gap) + 1e-3f) return;
+                if (is_open_[other] == 0 || !are_beside(i, other, dx, dy)) return;
+                const glm::vec3 gap = places_[other].position - places_[i].position;
+                // Of one plane.
+                if (glm::dot(places_[other].normal, places_[i].normal) < 0.95f) return;
+                if (std::abs(glm::dot(gap, places_[i].side)) > 0.2f * glm::length(gap) + 1e-3f) return;
                 const float share = std::exp2(-0.5f * static_cast<float>(dx * dx + dy * dy));
                 weight += share;
                 for (std::size_t layer = 0; layer < sources_.size(); ++layer)

@@ -62,6 +62,7 @@ private:
     void find_radiance();
     double total(std::size_t layer) const;
     bool bounce_all(double share);
+    bool are_beside(std::size_t one, std::size_t other, int dx, int dy) const;
     void mend_insides();
     void smooth();
 
@@ -77,6 +78,8 @@ private:
     std::vector<glm::vec3> albedo_;                                  ///< by texel
     std::vector<float> front_shares_;                                ///< by texel
     std::vector<std::vector<glm::vec3>> direct_, light_, radiance_;  ///< by layer and texel
+    std::vector<MapPlace> places_;                                   ///< by texel: its middle
+    std::vector<float> sides_m_;                                     ///< by texel
     std::vector<std::uint8_t> is_open_;                              ///< by texel: not inside of something
 };
 

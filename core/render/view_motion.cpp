@@ -74,7 +74,9 @@ void add_points(const world::Instance& instance, world::PosedModel& pose, std::v
         const glm::dmat4& node = pose.model_from_node[i];
         add(glm::dvec3(node[3]));
         if (model.nodes[i].mesh < 0 || world::is_deformed(model, n)) continue;
-        for (const world::Primitive& primitive : model.meshes[static_cast<std::size_t>(model.nodes[i].mesh)].primitives)
+        for (const world::Primitive& primitive :
+             model.meshes[static_cast<std::size_t>(model.nodes[i].mesh)].primitives) {
+            if (world::look_of(instance.info->look, primitive.material).is_hidden) continue;
             for (int corner = 0; corner < 8; ++corner) {
                 const world::Box& box = primitive.bounds;
                 const glm::dvec3 at((corner & 1) != 0 ? box.max.x : box.min.x,
@@ -82,6 +84,7 @@ void add_points(const world::Instance& instance, world::PosedModel& pose, std::v
                                     (corner & 4) != 0 ? box.max.z : box.min.z);
                 add(glm::dvec3(node * glm::dvec4(at, 1.0)));
             }
+        }
     }
 }
 

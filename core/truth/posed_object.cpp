@@ -8,7 +8,8 @@ void PosedObject::pose(const world::Instance& instance) {
     part_count_ = 0;
     min_ = glm::dvec3(std::numeric_limits<double>::infinity());
     max_ = -min_;
-    model_ = instance.info->model;
+    info_ = instance.info;
+    model_ = info_->model;
     position_ = instance.position;
     const glm::dquat& heading = instance.info->heading_from_model;
     orientation_ = glm::normalize(instance.orientation * glm::conjugate(heading));
@@ -26,7 +27,7 @@ void PosedObject::for_each_surface(Visit&& visit) const {
             const bool is_blended =
                 primitive.material >= 0 &&
                 model_->materials[static_cast<std::size_t>(primitive.material)].alpha_mode == world::AlphaMode::blend;
-            if (!is_blended) visit(primitive, node);
+            if (!is_blended && !world::look_of(info_->look, primitive.material).is_hidden) visit(primitive, node);
         }
     }
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -12,7 +13,8 @@
 namespace camrig::truth {
 
 /// The surface of one object at one instant: what ground truth measures. Vertices in the object's own frame (its
-/// heading's: x ahead for actors), metres, scale applied; surfaces with alpha mode BLEND are left out.
+/// heading's: x ahead for actors), metres, scale applied; surfaces with alpha mode BLEND, and what its look hides, are
+/// left out.
 ///
 /// Reused from object to object, so that nothing is allocated once it has grown.
 class PosedObject {
@@ -52,6 +54,7 @@ private:
     void add_part(const world::Primitive& primitive, int node);
 
     world::ModelRef model_;
+    std::shared_ptr<const world::ObjectInfo> info_;
     world::PosedModel pose_;
     std::vector<Part> parts_;
     std::size_t part_count_ = 0;

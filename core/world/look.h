@@ -17,6 +17,10 @@ struct MaterialLook {
 };
 /// Per material of the model; empty: all is as in the file.
 using Look = std::vector<MaterialLook>;
+/// Of a material of the model; below 0: of none.
+inline MaterialLook look_of(const Look& look, int material) {
+    return look.empty() || material < 0 ? MaterialLook{} : look[static_cast<std::size_t>(material)];
+}
 
 /// The look of a variant of a model: its colors and what it wears are functions of this number and of names in the
 /// model alone, so equal numbers look alike in every world. nullopt: as the file has it.

@@ -84,7 +84,7 @@ class Glb:
         return [matrix(i) for i in range(len(nodes))]
 
     def surface(self, clip=None, seconds=0.0) -> np.ndarray:
-        """Vertices (N x 3) that triangles use, of opaque and masked materials, posed, in the z-up frame of the model."""
+        """Vertices (N x 3) that triangles use, of opaque and masked materials that are shown without a variant, posed, in the z-up frame of the model."""
         matrices = self.node_matrices(clip, seconds)
         points = []
         for node, matrix in zip(self.json["nodes"], matrices):
@@ -92,7 +92,8 @@ class Glb:
                 continue
             for primitive in self.json["meshes"][node["mesh"]]["primitives"]:
                 material = self.json["materials"][primitive["material"]] if "material" in primitive else {}
-                if material.get("alphaMode") == "BLEND":
+                is_worn = material.get("extras", {}).get("camrig_variants", {}).get("shown", True)
+                if material.get("alphaMode") == "BLEND" or not is_worn:
                     continue
                 attributes = primitive["attributes"]
                 used = np.unique(self.accessor(primitive["indices"]).astype(int))
@@ -146,14 +147,14 @@ def project(truth, points) -> np.ndarray:
     return cv2.projectPoints(seen[:, None], zero, zero, matrix, np.array(lens["coefficients"] or [0.0] * 5))[0][:, 0]
 
 
-def write_glb(path, positions, indices) -> None:
+def write_glb(path, positions, indices, double_sided=True) -> None:
     """A white mesh of one primitive; positions in glTF's y-up frame."""
     positions, indices = np.asarray(positions, "<f4"), np.asarray(indices, "<u4").ravel()
     binary = positions.tobytes() + indices.tobytes()
     document = {
         "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
         "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]}],
-        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}],
+        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": double_sided}],
         "accessors": [
             {"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": len(positions),
              "min": positions.min(0).tolist(), "max": positions.max(0).tolist()},

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import camrig
+import posed_gltf
 from conftest import REPOSITORY
 
 CAMRIG = os.environ["CAMRIG_BIN"]
@@ -60,6 +61,29 @@ def pictures(scene: pathlib.Path, **options):
         lit = rig.camera("eye").frame().image.astype(int)
         rig.step(seconds=1)
         return lit, rig.camera("eye").frame().image.astype(int)
+
+
+def quad(x0, x1, y0, y1, z):
+    """Faces up; corners as a file has them (y up)."""
+    return [[x0, z, -y0], [x1, z, -y0], [x1, z, -y1], [x0, z, -y1]], [[0, 1, 2], [0, 2, 3]]
+
+
+def test_under_a_seat_without_a_bottom_it_is_dark(tmp_path):
+    """Only its upper side is there: rays from below meet its back."""
+    for name, place in (("floor", (-4, 4, -4, 4, 0)), ("seat", (-1, 1, -1, 1, 0.6))):
+        posed_gltf.write_glb(tmp_path / f"{name}.glb", *quad(*place), double_sided=False)
+    scene = {"camrig_scene": 1, "name": "seat", "environment": {"ambient": {"sky": [0.6] * 3, "ground": [0] * 3}}, "lights": [],
+             "models": {name: {"file": f"{name}.glb"} for name in ("floor", "seat")}, "objects": [{"name": name, "model": name} for name in ("floor", "seat")],
+             "cameras": [{"name": "eye", "size": [64, 48], "quality": "beautiful", "vfov_deg": 20, "pose": {"position": [-0.9, 0, 0.4], "look_at": [0, 0, 0]}}]}
+    (tmp_path / "seat.json").write_text(json.dumps(scene))
+    bake(tmp_path / "seat.json", "--texels-per-m", "4", "--rays", "64")
+    with camrig.start(str(tmp_path / "seat.json"), mode="lockstep", device="cpu") as rig:
+        rig.step(seconds=0.1)
+        below = rig.camera("eye").frame().image[..., 1].mean()
+        rig.camera("eye").set(position=[-3.4, 3, 0.4], look_at=[-2.5, 3, 0])
+        rig.step(seconds=0.1)
+        beside = rig.camera("eye").frame().image[..., 1].mean()
+    assert below < 0.7 * beside and beside > 150, (below, beside)
 
 
 @pytest.mark.parametrize("device", ["cpu", "llvmpipe"])

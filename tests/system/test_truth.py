@@ -108,6 +108,27 @@ def test_boxes_and_keypoints_are_those_of_opencv(scene):
     assert np.max(boxes) < 0.1 and np.max(points) < 0.01 and np.max(centers) < 1e-4
 
 
+def test_what_nobody_wears_is_in_no_box(tmp_path):
+    """A full box is as the visible one of somebody who stands alone, in whatever clothes."""
+    apart = []
+    for variant in range(6):
+        folder = tmp_path / str(variant)
+        folder.mkdir()
+        path = write_scene(folder, people={"eva": PEOPLE["eva"]})
+        scene = json.loads(path.read_text())
+        scene["objects"], scene["actors"][0]["variant"] = [], variant
+        path.write_text(json.dumps(scene))
+        with camrig.start(path, mode="lockstep") as rig:
+            cam = rig.create_camera("eye", fps=25, size=(640, 480), vfov_deg=30, position=(0.3, 0.1, 1.2), look_at=(5, 0.2, 1))
+            rig.step(seconds=0.2)
+            (told,) = cam.truth()["objects"]
+            x, y, w, h = told["box"]
+            # Middles of pixels lie up to half a pixel within.
+            apart.append(np.abs(np.array([x - 0.5, y - 0.5, x + w - 0.5, y + h - 0.5]) - np.r_[told["box_full"][:2], np.add(told["box_full"][:2], told["box_full"][2:])]).max())
+    print(f"visible boxes and full ones: up to {max(apart):.2f} px apart")
+    assert max(apart) < 1.5, apart
+
+
 def test_visible_boxes_and_pixels_are_those_of_the_instance_picture(scene):
     rig, cam, truth = scene
     ids, classes = cam.instances(), cam.frame(kind="semantic").image

@@ -7,7 +7,7 @@
 
 namespace camrig::render::scene {
 
-std::vector<glm::vec3> layer_weights(const world::StaticSet& statics) {
+std::vector<glm::vec3> layer_weights(const world::StaticSet& statics, double lamps_hz) {
     const world::Environment& environment = statics.environment;
     std::vector<glm::vec3> weights;
     for (const world::LightLayer& layer : statics.baked_light->layers) {
@@ -25,6 +25,7 @@ std::vector<glm::vec3> layer_weights(const world::StaticSet& statics) {
             case world::LightSource::lamp: {
                 const world::Light& lamp = statics.lights[layer.lamps.front()];
                 weight = lamp.color * lamp.intensity;
+                if (lamp.flicker_hz == lamps_hz) weight *= 1.0f + lamp.flicker_depth;
                 break;
             }
         }

@@ -10,8 +10,9 @@
 /// Baked light as it is now: its layers by the colours and strengths that their sources have.
 namespace camrig::render::scene {
 
-/// How much of each layer arrives, times the exposure.
-std::vector<glm::vec3> layer_weights(const world::StaticSet& statics);
+/// How much of each layer arrives, times the exposure. lamps_hz: those that flicker so are at their peak, all others as
+/// in the mean; 0: none.
+std::vector<glm::vec3> layer_weights(const world::StaticSet& statics, double lamps_hz = 0.0);
 
 /// The map, in 16 bits a channel: light is a code over 65535, times `scale`. The fourth channel is full.
 struct LightMapSum {

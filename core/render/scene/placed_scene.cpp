@@ -21,12 +21,6 @@ bool stands_as_then(const world::Instance& object, const world::BakedObject& the
            object.orientation == then.orientation && object.scale == then.scale;
 }
 
-world::MaterialLook look_of(const world::ObjectInfo& object, const PreparedPrimitive& primitive) {
-    const int material = primitive.source->material;
-    return object.look.empty() || material < 0 ? world::MaterialLook{}
-                                               : object.look[static_cast<std::size_t>(material)];
-}
-
 }  // namespace
 
 int LightTable::add(const LightSet& set) {
@@ -65,7 +59,7 @@ void PlacedSurfaces::add(const world::Instance& instance, PreparedModels& models
     contacts_.begin();
     for (const PreparedSurface& prepared : model.surfaces) {
         const PreparedPrimitive& primitive = *prepared.primitive;
-        const world::MaterialLook look = look_of(*instance.info, primitive);
+        const world::MaterialLook look = world::look_of(instance.info->look, primitive.source->material);
         if (look.is_hidden) continue;
         PlacedSurface& surface = place(primitive, model, source, *instance.info);
         surface.tint = look.tint;

@@ -188,8 +188,9 @@ void main() {
     vec3 mirrored = max(mix(view.ground.rgb, view.sky.rgb, sky), 0.0);
     vec3 around = light_around(n);
 #ifdef BAKED
-    // What of sky and ground comes to the surface comes to its mirror image.
-    mirrored *= around / max(hemisphere(n), 1e-6);
+    // As the mirror image is to the surface in the open, so it is here: but of what is dark in the open that has no bound.
+    vec3 in_open = hemisphere(n);
+    mirrored = around * mix(vec3(1.0), min(mirrored / max(in_open, 1e-6), 2.0), greaterThan(in_open, vec3(1e-6)));
     mirrored = with_images(mirrored, position, ray, roughness);
 #endif
 #ifdef OCCLUSION_UV
@@ -232,6 +233,9 @@ void main() {
 #endif
     color += emissive;
 #endif
+#ifdef GGX
+    if (view.ground.w > 0.0) color = pbr_neutral(color);
+#endif
 #if defined(GGX) && defined(BLEND)
     if (is_glass) {
         // What it sends by itself is not thinned by alpha; what outshines it hides more of what lies behind.
@@ -239,9 +243,6 @@ void main() {
         base.a = clamp(max(max(1.0 - (1.0 - base.a) * (1.0 - mean(mirror)), most), 1e-3), 0.0, 1.0);
         color /= base.a;
     }
-#endif
-#ifdef GGX
-    if (view.ground.w > 0.0) color = pbr_neutral(color);
 #endif
 #ifdef FOG
     color = mix(view.fog.rgb, color, exp(-view.fog.w * length(in_position)));

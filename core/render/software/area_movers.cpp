@@ -144,7 +144,7 @@ void draw_movers(const RowsOfView& of) {
     } else {
         resolve_movers_body<PlainIsa>(of);
     }
-    shade_places(geometry, {.is_light = is_light(of)}, band.places);
+    shade_places(geometry, band.places);
     const auto shade = [&](const PixelRect& part, TriangleNumbers& numbers) {
         catch_shadows(geometry, of.scratch.proxies, false, part, of.work.canvas, numbers.rows());
         shade_visible(geometry, part, of.work.canvas, numbers);

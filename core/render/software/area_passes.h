@@ -97,10 +97,6 @@ CAMRIG_LANES std::span<Shown> show_fragments(const RowsOfView& of, std::uint32_t
     return shown;
 }
 
-inline bool is_light(const RowsOfView& of) {
-    return static_cast<bool>(of.work.canvas.light);
-}
-
 /// The layer is as if nothing moved: what movers shade is drawn over it in each picture.
 inline bool keeps_shadows_apart(const ViewWork& work) {
     return work.layer != nullptr && work.layer->shadowed != nullptr;

@@ -90,7 +90,7 @@ void draw_shadows_of_movers(const RowsOfView& of) {
         shade_visible(geometry, part, of.work.canvas, of.scratch.numbers);
     }
     find_shadowed_fragments(of, geometry, statics);
-    shade_places(geometry, {.is_light = is_light(of)}, band.places);
+    shade_places(geometry, band.places);
     for (std::size_t i = 0; i < band.fragment_of_place.size(); ++i)
         statics.fragments[band.fragment_of_place[i]].color = band.places.colors[i];
     MixedPixels& mixed = band.mixed;

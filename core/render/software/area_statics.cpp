@@ -103,7 +103,7 @@ CAMRIG_WIDE void resolve_statics_wide(const RowsOfView& of) {
 void shade_static_fragments(const RowsOfView& of) {
     StaticPixels& statics = of.band.statics;
     const bool is_apart = keeps_shadows_apart(of.work);
-    shade_places(of.scratch.geometry, {.is_light = is_light(of), .has_movers = !is_apart}, of.band.places);
+    shade_places(of.scratch.geometry, of.band.places, !is_apart);
     for (std::size_t i = 0; i < of.band.place_of_fragment.size(); ++i) {
         const std::uint32_t place = of.band.place_of_fragment[i];
         if (place != no_place) statics.fragments[i].color = of.band.places.colors[place];

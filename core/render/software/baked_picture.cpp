@@ -33,21 +33,29 @@ std::shared_ptr<BakedPicture> summed(const world::BakedLightRef& of, std::vector
 
 }  // namespace
 
-std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& statics) {
+std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& statics, double lamps_hz) {
     const std::lock_guard lock(mutex_);
     if (statics.baked_light == nullptr) {
-        last_.reset();
+        last_.clear();
         return nullptr;
     }
-    std::vector<glm::vec3> weights = scene::layer_weights(statics);
-    const bool is_same_light = last_ != nullptr && last_->light == statics.baked_light && last_->weights == weights;
+    if (!last_.empty() && last_.begin()->second->light != statics.baked_light) last_.clear();
+    if (lamps_hz != 0.0 && !last_.contains(lamps_hz))  // of frequencies that lamps had before
+        std::erase_if(last_, [&](const auto& one) {
+            return one.first != 0.0 && std::ranges::none_of(statics.lights, [&](const world::Light& light) {
+                       return light.flicker_hz == one.first;
+                   });
+        });
+    std::shared_ptr<const BakedPicture>& last = last_[lamps_hz];
+    std::vector<glm::vec3> weights = scene::layer_weights(statics, lamps_hz);
+    const bool is_same_light = last != nullptr && last->weights == weights;
     const auto has_model = [&](const world::Instance& object) {
-        return last_->models.contains(object.info->model.get());
+        return last->models.contains(object.info->model.get());
     };
-    if (is_same_light && std::ranges::all_of(statics.objects, has_model)) return last_;
+    if (is_same_light && std::ranges::all_of(statics.objects, has_model)) return last;
     // Another object may be there, or one that was hidden.
     const auto made =
-        is_same_light ? std::make_shared<BakedPicture>(*last_) : summed(statics.baked_light, std::move(weights));
+        is_same_light ? std::make_shared<BakedPicture>(*last) : summed(statics.baked_light, std::move(weights));
     made->of_primitives.clear();
     made->models.clear();
     for (const world::Instance& object : statics.objects) {
@@ -57,7 +65,7 @@ std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& st
                 if (!primitive.light_coordinates.empty())
                     made->of_primitives.try_emplace(&primitive, use_of(*made, primitive));
     }
-    last_ = made;
+    last = made;
     return made;
 }
 

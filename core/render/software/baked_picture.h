@@ -24,15 +24,15 @@ struct BakedPicture {
     std::set<const world::Model*> models;                             ///< of which those are all
 };
 
-/// The last of them, made when a picture of quality beautiful needs it. Thread: any.
+/// The last of each state of the lamps, made when a picture of quality beautiful needs it. Thread: any.
 class BakedPictures {
 public:
-    /// null: the scene has no baked light.
-    std::shared_ptr<const BakedPicture> of(const world::StaticSet& statics);
+    /// null: the scene has no baked light. lamps_hz: as of layer_weights().
+    std::shared_ptr<const BakedPicture> of(const world::StaticSet& statics, double lamps_hz = 0.0);
 
 private:
     std::mutex mutex_;
-    std::shared_ptr<const BakedPicture> last_;
+    std::map<double, std::shared_ptr<const BakedPicture>> last_;  ///< by lamps_hz, of one light
 };
 
 }  // namespace camrig::render::software

@@ -127,6 +127,9 @@ CAMRIG_LANES Lanes3 light_around(const ViewGeometry& geometry, const ViewDraw& d
     return hemisphere<PointGroup>(geometry.light(), n);
 }
 
+/// How much brighter a mirror image of the surroundings may be than what arrives; as in shaders/forward.frag.
+constexpr float most_mirrored = 2.0f;
+
 /// What of the surroundings is reflected, and how much of the light goes no further into the surface.
 struct Mirror {
     Lanes3 share, light;
@@ -150,10 +153,14 @@ CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, L
     const Lanes3 around = splat(light.ground) + splat(light.sky - light.ground) * sky;
     Mirror mirror{share, {max(around.x, Lanes{}), max(around.y, Lanes{}), max(around.z, Lanes{})}};
     if (geometry.baked() == nullptr) return mirror;
-    // What of sky and ground comes to the surface comes to its mirror image.
+    // As the mirror image is to the surface in the open, so it is here: but of what is dark in the open that has no
+    // bound.
     const Lanes3 open = hemisphere<PointGroup>(light, s.normal);
-    const auto part = [](Lanes of, Lanes all) __attribute__((always_inline)) { return of / max(all, lanes(1e-6f)); };
-    mirror.light = mirror.light * Lanes3{part(arriving.x, open.x), part(arriving.y, open.y), part(arriving.z, open.z)};
+    const auto part = [](Lanes of, Lanes all) __attribute__((always_inline)) {
+        return all > 1e-6f ? min(of / max(all, lanes(1e-6f)), lanes(most_mirrored)) : lanes(1.0f);
+    };
+    mirror.light =
+        arriving * Lanes3{part(mirror.light.x, open.x), part(mirror.light.y, open.y), part(mirror.light.z, open.z)};
     // Where images are to be seen in it, it is what is there.
     constexpr float roughest = world::reflection_levels.back().roughness, fading = 0.1f;
     if (geometry.reflections() == nullptr || Isa::bits(roughness < roughest) == 0) return mirror;
@@ -243,8 +250,9 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
         emissive = emissive * Lanes3{texture[0], texture[1], texture[2]};
     }
     Rgba made{sum + emissive, base.a};
+    if (geometry.has_tone_curve()) made.rgb = pbr_neutral(made.rgb);
     if (is_glass) made = blended_over(made.rgb, 1.0f - (1.0f - base.a) * (1.0f - mean(mirror.share)));
-    to = {geometry.has_tone_curve() ? pbr_neutral(made.rgb) : made.rgb, made.a};
+    to = made;
 }
 
 template <typename Isa>

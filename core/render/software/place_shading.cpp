@@ -9,7 +9,7 @@ namespace camrig::render::software {
 namespace {
 
 template <typename Isa>
-CAMRIG_LANES void shade_places_body(const ViewGeometry& geometry, PlaceLight light, ShadedPlaces& of) {
+CAMRIG_LANES void shade_places_body(const ViewGeometry& geometry, ShadedPlaces& of, bool has_movers) {
     const camera::Intrinsics& k = geometry.transform().intrinsics;
     const auto count = static_cast<std::uint32_t>(of.order.size());
     for (std::uint32_t first = 0, end = 0; first < count; first = end) {
@@ -33,24 +33,21 @@ CAMRIG_LANES void shade_places_body(const ViewGeometry& geometry, PlaceLight lig
                                 ? at.point_rays(0, 0).at
                                 : Lanes3{narrowed((x * pixels + -k.cx) * (1.0 / k.fx)),
                                          narrowed((y * pixels + -k.cy) * (1.0 / k.fy)), lanes(1.0f)};
-        const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, at, 0, 0), rays, light.has_movers);
-        const auto part = [&](Lanes value)
-                              __attribute__((always_inline)) { return light.is_light ? value : clamp01(value); };
-        const Lanes red = part(color.rgb.x), green = part(color.rgb.y), blue = part(color.rgb.z);
+        const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, at, 0, 0), rays, has_movers);
         for (std::uint32_t i = first; i < end; ++i) {
             const auto lane = static_cast<int>(i - first);
-            of.colors[of.order[i]] = {red[lane], green[lane], blue[lane]};
+            of.colors[of.order[i]] = {color.rgb.x[lane], color.rgb.y[lane], color.rgb.z[lane]};
         }
     }
 }
 
-CAMRIG_WIDE void shade_places_wide(const ViewGeometry& geometry, PlaceLight light, ShadedPlaces& of) {
-    shade_places_body<Avx2Isa>(geometry, light, of);
+CAMRIG_WIDE void shade_places_wide(const ViewGeometry& geometry, ShadedPlaces& of, bool has_movers) {
+    shade_places_body<Avx2Isa>(geometry, of, has_movers);
 }
 
 }  // namespace
 
-void shade_places(const ViewGeometry& geometry, PlaceLight light, ShadedPlaces& of) {
+void shade_places(const ViewGeometry& geometry, ShadedPlaces& of, bool has_movers) {
     // Sorted by draw: how many each has, then where each one's begin.
     of.first_of_draw.assign(geometry.draws().size() + 2, 0);
     const auto draw_of = [&](const ShadedPlace& place) { return geometry.triangles()[place.triangle].draw; };
@@ -59,8 +56,8 @@ void shade_places(const ViewGeometry& geometry, PlaceLight light, ShadedPlaces& 
     of.order.resize(of.places.size());
     for (std::uint32_t i = 0; i < of.places.size(); ++i) of.order[of.first_of_draw[draw_of(of.places[i]) + 1]++] = i;
     of.colors.resize(of.places.size());
-    if (geometry.wide_lanes()) return shade_places_wide(geometry, light, of);
-    shade_places_body<PlainIsa>(geometry, light, of);
+    if (geometry.wide_lanes()) return shade_places_wide(geometry, of, has_movers);
+    shade_places_body<PlainIsa>(geometry, of, has_movers);
 }
 
 }  // namespace camrig::render::software

@@ -29,11 +29,7 @@ struct ShadedPlaces {
         return static_cast<std::uint32_t>(places.size()) - 1;
     }
 };
-/// How they are shaded.
-struct PlaceLight {
-    bool is_light = false;   ///< not clamped to what a picture of codes can show
-    bool has_movers = true;  ///< as of shade()
-};
-void shade_places(const ViewGeometry& geometry, PlaceLight light, ShadedPlaces& of);
+/// Not cut at white: parts of a pixel are mixed before, as on a sensor. has_movers: as of shade().
+void shade_places(const ViewGeometry& geometry, ShadedPlaces& of, bool has_movers = true);
 
 }  // namespace camrig::render::software

@@ -31,8 +31,9 @@ void SoftwareDrawer::add_triangles(ViewWork& work, ViewScratch& scratch) {
     };
     const auto count = [&] { return triangles_in(scratch.geometry); };
     const bool is_beautiful = work.scene.quality == world::Quality::beautiful;
-    scratch.geometry.begin_view(work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows,
-                                is_beautiful ? caches_.baked->of(*scene_.snapshot()->statics) : nullptr);
+    scratch.geometry.begin_view(
+        work.scene, work.rays, options_.wide_lanes, work.has_areas, work.shadows,
+        is_beautiful ? caches_.baked->of(*scene_.snapshot()->statics, work.scene.lamps_hz) : nullptr);
     scratch.opaque.clear();
     scratch.blending.clear();
     scratch.catchers = scratch.proxies = 0;

@@ -1,3 +1,5 @@
+#include "core/render/software/baked_picture.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -53,6 +55,7 @@ public:
         EXPECT_EQ(frames.size(), 1u);
         return frames.at(0);
     }
+    void look(const glm::dvec3& from, const glm::dvec3& at) { view_.pose = camera::pose_look_at(from, at).value(); }
     void set_quality(world::Quality quality) { view_.quality = quality; }
     void keep_nothing() { drawer_.forget(view_.camera); }
 
@@ -136,6 +139,40 @@ TEST(BakedPicture, AnotherSkyIsAnotherSumOfTheSameMap) {
     Eye eye;
     const glm::dvec3 before = lowest(eye.draw(begin_of(scene))), after = lowest(eye.draw(begin_of(darker)));
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(after[c], 0.5 * before[c], 0.004) << c;
+}
+
+TEST(BakedPicture, LampsThatFlickerAreAtTheirPeakInTheMap) {
+    const auto scene = with_light(scene_of(
+        yard, sky + R"(, "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 2], "flicker_depth": 0.5}])"));
+    const auto statics = begin_of(scene)->statics;
+    const std::size_t lamp = layer_of(*scene->baked_light, world::LightSource::lamp);
+    const std::size_t of_sky = layer_of(*scene->baked_light, world::LightSource::sky);
+    render::software::BakedPictures pictures;
+    for (int turn = 0; turn < 2; ++turn) {
+        const auto in_mean = pictures.of(*statics), at_peak = pictures.of(*statics, 100.0);
+        EXPECT_NEAR(at_peak->weights[lamp].r / in_mean->weights[lamp].r, 1.5, 1e-6);
+        EXPECT_EQ(at_peak->weights[of_sky], in_mean->weights[of_sky]);
+        EXPECT_EQ(pictures.of(*statics), in_mean) << "both are kept";
+        EXPECT_EQ(pictures.of(*statics, 120.0)->weights, in_mean->weights) << "another frequency";
+    }
+}
+
+TEST(BakedPicture, ADarkerGroundMakesNothingBrighter) {
+    std::vector<TestBox> roofed = yard;
+    roofed.push_back({"roof", {0, 0, 2}, {6, 6, 0.2}, 0.5});
+    double before = 0.0;
+    for (const char* const ground : {"0", "0.001", "0.1", "0.3", "0.6"}) {
+        const auto scene = with_light(
+            scene_of(roofed, std::string(R"(, "environment": {"ambient": {"sky": [0.8, 0.8, 0.8], "ground": [)") +
+                                 ground + "," + ground + "," + ground + "]}}"));
+        Eye eye;
+        eye.look({-2.5, 0, 1}, {0, 0, 2});
+        double sum = 0.0;
+        const auto frame = eye.draw(begin_of(scene));
+        for (const std::byte one : frame->bytes()) sum += std::to_integer<int>(one);
+        EXPECT_GE(sum, before) << ground;
+        before = sum;
+    }
 }
 
 TEST(BakedPicture, AnObjectThatWasMovedTakesTheLightOfAProbe) {

@@ -1,7 +1,7 @@
 """build/light/bin/python -m tools.bench.light.analytic: the reference on cases with known answers; exit 1 where one is missed.
 
-With Lambert surfaces units, camera and lights must give the known answers. Beside it is what Mitsuba's `principled`, the material of the
-bench, makes of the same: its Burley diffuse and its specular part are brighter than Lambert's by what the last column says.
+With Lambert surfaces units, camera and lights must give the known answers. Beside it is what the material of the bench, glTF's, makes of the
+same: its surface mirrors some of the light and loses some between its microfacets.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def floor(tilt_deg: float = 0.0) -> Primitive:
 
 
 def seen(surface: Primitive, lights: list[Light], sky: float, ground: float) -> tuple[float, float]:
-    """Light of the picture's middle: of a Lambert surface, and of `principled`."""
+    """Light of the picture's middle: of a Lambert surface, and of glTF's."""
     exported = Exported([surface], lights, np.full(3, sky), np.full(3, ground), np.zeros(3), exposure=1.0, glow=1.0)
     pictures = [Reference(exported, DOWN, is_lambert=is_lambert).layers(256, 1).whole for is_lambert in (True, False)]
     return float(pictures[0][14:19, 14:19].mean()), float(pictures[1][14:19, 14:19].mean())
@@ -49,7 +49,7 @@ def main() -> int:
     for name, ((found, material), expected) in cases.items():
         is_met = abs(found / expected - 1) <= BOUND
         missed += not is_met
-        print(f"{'met' if is_met else 'MISSED'}: {name}: {found:.4f}, expected {expected:.4f} ({100 * (found / expected - 1):+.2f} %); principled {100 * (material / expected - 1):+.1f} %")
+        print(f"{'met' if is_met else 'MISSED'}: {name}: {found:.4f}, expected {expected:.4f} ({100 * (found / expected - 1):+.2f} %); glTF {100 * (material / expected - 1):+.1f} %")
     return 1 if missed else 0
 
 

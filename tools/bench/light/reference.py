@@ -1,6 +1,6 @@
 """Renders an exported scene with Mitsuba 3. Needs build/light (tools/bench/light/setup); the rest of the bench does not.
 
-Materials: `principled` with the file's colour, roughness and metal, two-sided; specular 0.5 is glTF's F0 of 0.04. Blended ones are
+Materials: glTF's own (gltf_material.py) with the file's colour, roughness and metal, two-sided. Blended ones are
 there with the probability of their alpha, masked ones where their texture is. Baked occlusion textures are left out: that is what
 is measured. Integrator: `volpath`, whose shadow rays pass what is masked.
 """
