@@ -76,17 +76,19 @@ def test_a_start_that_fails_says_why_whatever_is_in_work(tmp_path):
     asking = [threading.Thread(target=ask, args=(sent,)) for _ in range(4)]
     for thread in asking:
         thread.start()
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        number = 0
-        while number < 5 or (not sent and number < 50):  # who asks beside it needs a moment to do so
-            number += 1
-            command = [camrig.launch.find_binary(), "serve", "minimal", "--http", "0", "--rtsp", "0", "--onvif", port, "--control", tmp_path / f"{number}.sock",
-                       "--unrealcv", taken.getsockname()[1]]
-            done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=30, check=False)
-            assert done.returncode == 1 and "choose another --unrealcv PORT" in done.stderr, (done.returncode, done.stderr)
-    is_over.set()
-    for thread in asking:
-        thread.join()
+    try:
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            number = 0
+            while number < 5 or (not sent and number < 50):  # who asks beside it needs a moment to do so
+                number += 1
+                command = [camrig.launch.find_binary(), "serve", "minimal", "--http", "0", "--rtsp", "0", "--onvif", port, "--control", tmp_path / f"{number}.sock",
+                           "--unrealcv", taken.getsockname()[1]]
+                done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=30, check=False)
+                assert done.returncode == 1 and "choose another --unrealcv PORT" in done.stderr, (done.returncode, done.stderr)
+    finally:
+        is_over.set()
+        for thread in asking:
+            thread.join()
     assert sent
 
 

@@ -56,11 +56,14 @@ def farm(*options, nodes=2, scene="hall"):
 def test_it_can_be_ended_while_its_nodes_start():
     command = [sys.executable, "-m", "camrig.farm", "up", "--scene", "hall", "--nodes", "2", "--arg=--device=cpu"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "control/python")}) as child:
-        own = pathlib.Path(f"/proc/{child.pid}/task/{child.pid}/children")
-        wait_until(lambda: len(own.read_text().split()) == 3, 30, "a bus and two nodes")
-        began = time.monotonic()
-        child.send_signal(signal.SIGINT)
-        said, wrong = child.communicate(timeout=60)
+        try:
+            own = pathlib.Path(f"/proc/{child.pid}/task/{child.pid}/children")
+            wait_until(lambda: len(own.read_text().split()) == 3, 30, "a bus and two nodes")
+            began = time.monotonic()
+            child.send_signal(signal.SIGINT)
+            said, wrong = child.communicate(timeout=60)
+        finally:
+            child.kill()
     print(f"ended after {time.monotonic() - began:.1f} s")
     assert child.returncode == 0 and "camrig farm\n" not in said and "Traceback" not in wrong, wrong
 
