@@ -2,6 +2,8 @@
 
 import contextlib
 import json
+import os
+import pathlib
 import signal
 import socket
 import subprocess
@@ -109,7 +111,9 @@ def test_a_rig_that_is_started_right_behind_the_end_of_another_takes_its_place(t
         first.send_signal(signal.SIGSTOP)  # it has the folder, and ends as soon as it may go on
         second = subprocess.Popen(serve, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         first.terminate()
-        time.sleep(0.3)
+        opened = lambda: {os.path.realpath(link) for link in pathlib.Path(f"/proc/{second.pid}/fd").iterdir()}
+        wait_until(lambda: second.poll() is not None or str(tmp_path / "rig.sock.d") in opened(), what="the second rig at the folder")
+        time.sleep(0.3)  # it has found the folder taken, and waits
         assert second.poll() is None, second.stderr.read()
         first.send_signal(signal.SIGCONT)
         assert first.wait(20) == 0

@@ -232,7 +232,9 @@ def test_a_read_shows_the_connections_last_write_and_a_batch_is_one_instant(unre
         port = rig.call("server.info")["unrealcv"]
         api = unrealcv.UnrealCv_API(port, "127.0.0.1", (640, 480))
         rig.call("actor.set", name="mover", behaviour={"type": "route", "route": "circle", "speed": 20, "mode": "loop"})
-        for _ in range(10):
+        rims, deadline = 0, time.monotonic() + 30
+        while rims < 10:  # at first the mover is behind the box
+            assert time.monotonic() < deadline, f"the mover was seen {rims} times"
             # Picture, ids and depth of one moment cover the same pixels, though the mover goes 20 m/s.
             lit, mask, depth, again = ask(api, "vget /camera/0/lit bmp", "vget /camera/0/object_mask bmp", "vget /camera/0/depth npy", "vget /camera/0/object_mask png")
             mask = api.decoder.decode_bmp(mask)
@@ -241,6 +243,7 @@ def test_a_read_shows_the_connections_last_write_and_a_batch_is_one_instant(unre
             mover = api.get_mask(mask, "mover") > 0
             inside, cm = mover[:, :-1] & ~mover[:, 1:], numpy_of(depth)
             if inside.any():
+                rims += 1
                 steps = np.abs(cm[:, 1:] - cm[:, :-1])[inside]
                 assert np.median(steps) > 5
         for x in (-400, -500, -600):
