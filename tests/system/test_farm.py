@@ -121,7 +121,7 @@ def test_in_real_time_nodes_stay_equal_whoever_commands_and_whoever_dies():
                     if problem.kind != "already_exists":
                         failed.append(problem)
 
-        clients = [threading.Thread(target=client, args=(seed,)) for seed in (21, 22, 23)]
+        clients = [threading.Thread(target=client, args=(seed,), daemon=True) for seed in (21, 22, 23)]
         for each in clients:
             each.start()
         for each in clients:
@@ -145,7 +145,7 @@ def test_in_real_time_nodes_stay_equal_whoever_commands_and_whoever_dies():
         def ask(number):
             told[number] = digest(rigs[number], at_ns=at_ns + 1)
 
-        asking = [threading.Thread(target=ask, args=(number,)) for number in range(2)]
+        asking = [threading.Thread(target=ask, args=(number,), daemon=True) for number in range(2)]
         for each in asking:
             each.start()
         for each in asking:

@@ -107,7 +107,7 @@ def test_header_lines_without_end_do_not_keep_others_waiting(guarded):
                 while not stop.is_set():
                     raw.sendall(b"X-Field: value\r\n" * 4096)
         stop = threading.Event()
-        sender = threading.Thread(target=send)
+        sender = threading.Thread(target=send, daemon=True)
         sender.start()
         try:
             sender.join(10)
