@@ -48,6 +48,7 @@ def silent_connections_hold_no_place(target: Target) -> str:
         took = target.owner_is_answered(5.0)
         status, _, _ = target.ask_http("GET", "/healthz")
         assert status == 200, status
+        assert len(held) > 600, f"only {len(held)} connections held"
     finally:
         for raw in held:
             raw.close()
@@ -98,7 +99,7 @@ def values_of_every_type(target: Target) -> str:
         past_names, carried_out, methods = _answers(other, calls)
         other.owner_is_answered()
     assert past_names > len(calls) / 2, f"only {past_names} of {len(calls)} calls had right names"
-    assert len(methods) > 15, methods
+    assert len(methods) > 15 and carried_out > 0, (methods, carried_out)
     return f"{len(calls)} calls of {len(methods)} methods, {past_names} with right names, {carried_out} carried out"
 
 
@@ -113,6 +114,7 @@ def numbers_at_their_bounds(target: Target) -> str:
         past_names, carried_out, _ = _answers(other, calls)
         other.owner_is_answered()
     assert past_names > len(calls) / 2, f"only {past_names} of {len(calls)} calls had right names"
+    assert carried_out > 0, "no call was carried out"
     return f"{len(calls)} calls, {past_names} with right names, {carried_out} carried out"
 
 

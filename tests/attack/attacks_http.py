@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import selectors
 import socket
 import time
@@ -95,6 +96,7 @@ def slow_connections(target: Target) -> str:
                 status, _, _ = target.ask_http("GET", "/healthz")
                 assert status == 200, f"with {len(held)} slow connections: {status}"
                 assert time.monotonic() - begin < 2.0, "an ordinary request waited more than 2 s"
+        assert len(held) > 500, f"only {len(held)} connections held"
     finally:
         for raw in held:
             raw.close()
@@ -116,6 +118,8 @@ def out_of_descriptors(target: Target) -> str:
                 raw.connect_ex(("127.0.0.1", port))
                 held.append(raw)
         time.sleep(1.0)
+        taken = len(os.listdir(f"/proc/{other.pid}/fd"))
+        assert taken > 200, f"filled with {taken} of 300"
         before, begin = other.cpu_s(), time.monotonic()
         time.sleep(3.0)
         share = (other.cpu_s() - before) / (time.monotonic() - begin)

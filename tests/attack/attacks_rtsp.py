@@ -123,7 +123,7 @@ def _guarded(target: Target, host: str) -> Iterator[int]:
 
 
 def wrong_passwords(target: Target) -> str:
-    """Wrong passwords are few, however fast they are tried."""
+    """Wrong passwords are few, however fast they are tried: after three a connection is closed, and an address waits."""
     with _guarded(target, "127.0.0.2") as port:
         tried, begin = 0, time.monotonic()
         while time.monotonic() - begin < 3.0:
@@ -141,7 +141,7 @@ def wrong_passwords(target: Target) -> str:
                 pass
     rate = tried / 3.0
     assert tried > 0, "nobody answered"
-    assert rate < 500, f"{rate:.0f} tries a second"
+    assert rate < 20, f"{rate:.0f} tries a second"
     return f"{tried} tried, {rate:.0f} a second"
 
 

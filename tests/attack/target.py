@@ -61,8 +61,15 @@ class Target:
     def unix(self, timeout_s: float = 20.0) -> socket.socket:
         raw = socket.socket(socket.AF_UNIX)
         raw.settimeout(timeout_s)
-        raw.connect(self.control)
-        return raw
+        end = time.monotonic() + timeout_s
+        while True:
+            try:
+                raw.connect(self.control)
+                return raw
+            except BlockingIOError:  # so many wait to be taken already; a socket with a time limit is told so at once
+                if time.monotonic() > end:
+                    raise
+                time.sleep(0.01)
 
     def tcp(self, port: int, timeout_s: float = 20.0) -> socket.socket:
         return socket.create_connection(("127.0.0.1", port), timeout_s)

@@ -1,8 +1,10 @@
 """Shared by the system tests: every test talks to a real rig through its public doors only."""
 
+import contextlib
 import os
 import pathlib
 import socket
+import subprocess
 import time
 import urllib.parse
 
@@ -22,6 +24,25 @@ def wait_until(condition, timeout_s=20.0, what="condition"):
     while not condition():
         assert time.monotonic() < deadline, f"timed out after {timeout_s} s waiting for {what}"
         time.sleep(0.01)
+
+
+@pytest.fixture
+def programs():
+    """Starts programs as subprocess.Popen does. Those that still run when the test has ended, well or not, are killed and waited for."""
+    started = []
+
+    def start(*command, **options):
+        started.append(subprocess.Popen(*command, **options))
+        return started[-1]
+
+    yield start
+    for program in started:
+        program.kill()
+    for program in started:
+        program.wait(20)
+        for pipe in filter(None, (program.stdin, program.stdout, program.stderr)):
+            with contextlib.suppress(BrokenPipeError):  # of what was never sent
+                pipe.close()
 
 
 class Process:

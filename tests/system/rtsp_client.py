@@ -91,7 +91,7 @@ def stepping(rig, seconds: float = 0.2):
         except Exception as why:  # raised where the test can see it
             failures.append(why)
 
-    thread = threading.Thread(target=step)
+    thread = threading.Thread(target=step, daemon=True)
     thread.start()
     try:
         yield
@@ -135,7 +135,7 @@ class LibavReader:
     def __init__(self, program: pathlib.Path, url: str):
         self.frames: list[LibavFrame] = []
         self.process = subprocess.Popen([program, url], stdout=subprocess.PIPE)
-        self.thread = threading.Thread(target=self._read)
+        self.thread = threading.Thread(target=self._read, daemon=True)
         self.thread.start()
 
     def _read(self):

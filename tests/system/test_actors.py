@@ -197,11 +197,11 @@ def test_a_stuck_reader_does_not_keep_others_from_the_world(rig):
 
     def step():
         try:
-            rig.call("world.step", seconds=5, timeout_s=8)
+            rig.call("world.step", seconds=5, timeout_s=4)
         except camrig.CamrigError as problem:
             failures.append(problem)
 
-    stepping = threading.Thread(target=step)
+    stepping = threading.Thread(target=step, daemon=True)
     stepping.start()
     seen = []
 
@@ -214,6 +214,7 @@ def test_a_stuck_reader_does_not_keep_others_from_the_world(rig):
     late = rig.create_camera("late", size=(64, 48))
     rig.spawn_actor("guest", "mover")
     assert late.frame().time_ns > 0
+    assert stepping.is_alive(), "the step did not wait so long"
     stepping.join()
     assert failures and failures[0].kind == "unavailable"
     raw.close()

@@ -172,16 +172,18 @@ def test_a_socket_of_somebody_else_is_told_nothing():
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
-        os.setgid(STRANGER)
-        os.setuid(STRANGER)
-        trap = socket.socket(socket.AF_UNIX)
-        trap.bind(path)
-        os.chmod(path, 0o777)
-        trap.listen()
-        for _ in range(2):
-            connection = trap.accept()[0]
-            os.write(writing, connection.recv(1000) + b".")
-        os._exit(0)
+        try:
+            os.setgid(STRANGER)
+            os.setuid(STRANGER)
+            trap = socket.socket(socket.AF_UNIX)
+            trap.bind(path)
+            trap.listen()
+            os.chmod(path, 0o777)  # which says that it listens
+            for _ in range(2):
+                connection = trap.accept()[0]
+                os.write(writing, connection.recv(1000) + b".")
+        finally:  # whatever happens: the tests go on in the other process
+            os._exit(0)
     os.close(writing)
     try:
         wait_until(lambda: os.path.exists(path) and stat.S_IMODE(os.stat(path).st_mode) == 0o777, what="the trap")

@@ -70,7 +70,7 @@ def test_a_command_is_done_at_its_world_time():
         def send():
             answers["camera.set"] = later.call("camera.set", {"name": "cam", "vfov_deg": 40, "at_ns": 250_000_000})
 
-        waiting = threading.Thread(target=send)
+        waiting = threading.Thread(target=send, daemon=True)
         waiting.start()
         wait_until(lambda: digest(rig)["world_ns"] == 0 and rig.call("server.info")["calls"]["camera.set"] == 1)
         rig.step(seconds=0.2)
@@ -98,7 +98,7 @@ def test_steps_of_any_length_and_commands_in_between_give_one_world():
             senders = []
             for number, (method, params) in enumerate(line):
                 at_ns = 0 if number < 4 else 20_000_000 * (number - 3) + 7
-                senders.append(threading.Thread(target=rig.client.call, args=(method, {**params, "at_ns": at_ns})))
+                senders.append(threading.Thread(target=rig.client.call, args=(method, {**params, "at_ns": at_ns}), daemon=True))
                 senders[-1].start()
                 # One after the other: those of one time are done in the order in which they come.
                 wait_until(lambda: sum(rig.call("server.info")["calls"][name] for name in {each for each, _ in line}) == number + 1)

@@ -145,6 +145,7 @@ def told_of(rig, control, change):
         return listener.stdout.read()
     finally:
         listener.kill()
+        listener.wait()
 
 
 def test_programs_hear_of_changes_that_others_make(rig, camera):

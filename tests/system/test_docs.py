@@ -140,7 +140,7 @@ def test_the_readme_shell_commands_run(hall, environment, tmp_path):
         shell(block, hall, environment, tmp_path)
     assert (tmp_path / "desk.jpg").stat().st_size > 10_000
     assert (tmp_path / "lobby.png").stat().st_size > 10_000
-    assert "50" in run(["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames", str(tmp_path / "lobby.mp4")])
+    assert "nb_read_frames=50\n" in run(["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames", str(tmp_path / "lobby.mp4")])
 
 
 def test_every_link_of_the_documents_leads_somewhere():

@@ -2,6 +2,8 @@
 
 import contextlib
 import json
+import os
+import pathlib
 import signal
 import socket
 import subprocess
@@ -76,17 +78,19 @@ def test_a_start_that_fails_says_why_whatever_is_in_work(tmp_path):
     asking = [threading.Thread(target=ask, args=(sent,)) for _ in range(4)]
     for thread in asking:
         thread.start()
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        number = 0
-        while number < 5 or (not sent and number < 50):  # who asks beside it needs a moment to do so
-            number += 1
-            command = [camrig.launch.find_binary(), "serve", "minimal", "--http", "0", "--rtsp", "0", "--onvif", port, "--control", tmp_path / f"{number}.sock",
-                       "--unrealcv", taken.getsockname()[1]]
-            done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=30, check=False)
-            assert done.returncode == 1 and "choose another --unrealcv PORT" in done.stderr, (done.returncode, done.stderr)
-    is_over.set()
-    for thread in asking:
-        thread.join()
+    try:
+        with socket.create_server(("127.0.0.1", 0)) as taken:
+            number = 0
+            while number < 5 or (not sent and number < 50):  # who asks beside it needs a moment to do so
+                number += 1
+                command = [camrig.launch.find_binary(), "serve", "minimal", "--http", "0", "--rtsp", "0", "--onvif", port, "--control", tmp_path / f"{number}.sock",
+                           "--unrealcv", taken.getsockname()[1]]
+                done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=30, check=False)
+                assert done.returncode == 1 and "choose another --unrealcv PORT" in done.stderr, (done.returncode, done.stderr)
+    finally:
+        is_over.set()
+        for thread in asking:
+            thread.join()
     assert sent
 
 
@@ -107,7 +111,9 @@ def test_a_rig_that_is_started_right_behind_the_end_of_another_takes_its_place(t
         first.send_signal(signal.SIGSTOP)  # it has the folder, and ends as soon as it may go on
         second = subprocess.Popen(serve, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         first.terminate()
-        time.sleep(0.3)
+        opened = lambda: {os.path.realpath(link) for link in pathlib.Path(f"/proc/{second.pid}/fd").iterdir()}
+        wait_until(lambda: second.poll() is not None or str(tmp_path / "rig.sock.d") in opened(), what="the second rig at the folder")
+        time.sleep(0.3)  # it has found the folder taken, and waits
         assert second.poll() is None, second.stderr.read()
         first.send_signal(signal.SIGCONT)
         assert first.wait(20) == 0

@@ -56,11 +56,14 @@ def farm(*options, nodes=2, scene="hall"):
 def test_it_can_be_ended_while_its_nodes_start():
     command = [sys.executable, "-m", "camrig.farm", "up", "--scene", "hall", "--nodes", "2", "--arg=--device=cpu"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "control/python")}) as child:
-        own = pathlib.Path(f"/proc/{child.pid}/task/{child.pid}/children")
-        wait_until(lambda: len(own.read_text().split()) == 3, 30, "a bus and two nodes")
-        began = time.monotonic()
-        child.send_signal(signal.SIGINT)
-        said, wrong = child.communicate(timeout=60)
+        try:
+            own = pathlib.Path(f"/proc/{child.pid}/task/{child.pid}/children")
+            wait_until(lambda: len(own.read_text().split()) == 3, 30, "a bus and two nodes")
+            began = time.monotonic()
+            child.send_signal(signal.SIGINT)
+            said, wrong = child.communicate(timeout=60)
+        finally:
+            child.kill()
     print(f"ended after {time.monotonic() - began:.1f} s")
     assert child.returncode == 0 and "camrig farm\n" not in said and "Traceback" not in wrong, wrong
 
@@ -118,7 +121,7 @@ def test_in_real_time_nodes_stay_equal_whoever_commands_and_whoever_dies():
                     if problem.kind != "already_exists":
                         failed.append(problem)
 
-        clients = [threading.Thread(target=client, args=(seed,)) for seed in (21, 22, 23)]
+        clients = [threading.Thread(target=client, args=(seed,), daemon=True) for seed in (21, 22, 23)]
         for each in clients:
             each.start()
         for each in clients:
@@ -142,7 +145,7 @@ def test_in_real_time_nodes_stay_equal_whoever_commands_and_whoever_dies():
         def ask(number):
             told[number] = digest(rigs[number], at_ns=at_ns + 1)
 
-        asking = [threading.Thread(target=ask, args=(number,)) for number in range(2)]
+        asking = [threading.Thread(target=ask, args=(number,), daemon=True) for number in range(2)]
         for each in asking:
             each.start()
         for each in asking:

@@ -53,8 +53,8 @@ def under_exec(rig, *program):
     return [os.environ["CAMRIG_BIN"], "exec", "--control", rig.call("server.info")["control"], "--", *program]
 
 
-def start(rig, code, path):
-    return subprocess.Popen(under_exec(rig, sys.executable, "-c", code, path), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def start(programs, rig, code, path):
+    return programs(under_exec(rig, sys.executable, "-c", code, path), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def wait_for_frames(rig, name, count):
@@ -69,12 +69,12 @@ def nodes(rig):
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
-def test_an_unplugged_device_goes_with_its_node_and_comes_back_under_another_number_without_its_settings(rig):
+def test_an_unplugged_device_goes_with_its_node_and_comes_back_under_another_number_without_its_settings(rig, programs):
     rig.create_camera("desk", size=(320, 240), fps=25, outputs=[{"kind": "device", "number": 40}, {"kind": "mjpeg"}],
                       controls={"brightness": 0.2})
     rig.create_camera("well", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 41}])
     assert nodes(rig) == {"/dev/video40", "/dev/video41"}
-    well, reader = start(rig, READER, "/dev/video41"), start(rig, RAW, "/dev/video40")
+    well, reader = start(programs, rig, READER, "/dev/video41"), start(programs, rig, RAW, "/dev/video40")
     try:
         for _ in range(10):
             assert reader.stdout.readline().split() == [str(320 * 240 * 2), "0"]
@@ -83,7 +83,7 @@ def test_an_unplugged_device_goes_with_its_node_and_comes_back_under_another_num
         lines = out.splitlines()
         assert lines[lines.index("gone") + 1:] == ["ENODEV"] * 5, (lines, err)
         assert nodes(rig) == {"/dev/video41"}
-        failed = start(rig, READER, "/dev/video40")
+        failed = start(programs, rig, READER, "/dev/video40")
         assert failed.communicate(timeout=20)[0] == ""
         assert rig.call("camera.get", name="desk")["controls"]["brightness"] == 0.2
         rig.fault.clear(id=fault["id"])
@@ -91,7 +91,7 @@ def test_an_unplugged_device_goes_with_its_node_and_comes_back_under_another_num
         camera = rig.call("camera.get", name="desk")
         assert [output.get("number") for output in camera["outputs"] if output["kind"] == "device"] == [42]
         assert camera["controls"]["brightness"] == 0
-        again = start(rig, READER, "/dev/video42")
+        again = start(programs, rig, READER, "/dev/video42")
         assert [again.stdout.readline() for _ in range(5)] == ["frame\n"] * 5
         again.kill()
         again.communicate()
@@ -110,7 +110,7 @@ def test_an_unplugged_device_is_out_for_its_share_of_each_period_and_may_keep_it
     for _ in range(4):
         rig.step(seconds=0.5)
         there.append("/dev/video43" in nodes(rig))
-    assert there == [True, False, True, False] or there == [False, True, False, True]
+    assert there == [True, False, True, False]
     rig.fault.clear("desk")
     rig.step(seconds=0.1)
     assert nodes(rig) == {"/dev/video43"}
@@ -118,10 +118,10 @@ def test_an_unplugged_device_is_out_for_its_share_of_each_period_and_may_keep_it
 
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
-def test_an_unplugged_device_goes_at_the_instant_it_is_told_and_nothing_is_drawn_for_it(rig):
+def test_an_unplugged_device_goes_at_the_instant_it_is_told_and_nothing_is_drawn_for_it(rig, programs):
     rig.create_camera("desk", size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "device", "number": 43}])
     drawn = lambda: rig.stats()["renderer"]["views"]
-    reader = start(rig, RAW, "/dev/video43")
+    reader = start(programs, rig, RAW, "/dev/video43")
     try:
         wait_until(lambda: any(output["readers"] for camera in rig.stats()["cameras"] for output in camera["outputs"]), what="a reader")
         before = drawn()
@@ -152,10 +152,10 @@ def test_what_cannot_be_unplugged_is_refused_with_the_reason(rig):
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
-def test_buffers_come_with_the_error_flag_and_of_a_wrong_size(rig):
+def test_buffers_come_with_the_error_flag_and_of_a_wrong_size(rig, programs):
     rig.create_camera("desk", size=(320, 240), fps=25, outputs=[{"kind": "device", "number": 46}])
     whole = 320 * 240 * 2
-    reader = start(rig, RAW, "/dev/video46")
+    reader = start(programs, rig, RAW, "/dev/video46")
     take = lambda count: [tuple(map(int, reader.stdout.readline().split())) for _ in range(count)]
 
     def wait_for(buffer):
@@ -212,26 +212,26 @@ if begin():
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 @pytest.mark.parametrize("at", ["reqbufs", "qbuf", "streamon"])
-def test_calls_fail_as_vivid_lets_them(rig, at):
+def test_calls_fail_as_vivid_lets_them(rig, at, programs):
     rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 47}])
     rig.create_camera("well", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 48}])
     rig.fault.set("desk", "device_error", at=at)
-    wait_until(lambda: start(rig, CALLS, "/dev/video47").communicate(input="", timeout=20)[0].split("\n")[0] == f"{at.upper()} EINVAL", what="the call fails")
-    well = start(rig, READER, "/dev/video48")
+    wait_until(lambda: start(programs, rig, CALLS, "/dev/video47").communicate(input="", timeout=20)[0].split("\n")[0] == f"{at.upper()} EINVAL", what="the call fails")
+    well = start(programs, rig, READER, "/dev/video48")
     assert [well.stdout.readline() for _ in range(5)] == ["frame\n"] * 5
     well.kill()
     well.communicate()
     rig.fault.clear("desk")
-    reader = start(rig, READER, "/dev/video47")
     wait_until(lambda: not rig.fault.list(), what="no fault")
-    reader.kill()
-    reader.communicate()
+    wait_for_frames(rig, "desk", 2)  # which the fault is no longer of
+    reader = start(programs, rig, READER, "/dev/video47")
+    assert [reader.stdout.readline() for _ in range(5)] == ["frame\n"] * 5
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
-def test_a_fatal_streaming_error_lasts_until_the_stream_is_stopped(rig):
+def test_a_fatal_streaming_error_lasts_until_the_stream_is_stopped(rig, programs):
     rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 49}])
-    program = subprocess.Popen(under_exec(rig, sys.executable, "-c", CALLS, "/dev/video49"), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    program = programs(under_exec(rig, sys.executable, "-c", CALLS, "/dev/video49"), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     try:
         assert program.stdout.readline() == "streams\n"
         rig.fault.set("desk", "device_error", at="streaming")

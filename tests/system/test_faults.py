@@ -334,11 +334,11 @@ while True:
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
-def test_programs_see_their_device_unplugged(rig):
+def test_programs_see_their_device_unplugged(rig, programs):
     rig.create_camera("desk", size=(320, 240), fps=25, outputs=[{"kind": "device", "number": 7}])
     program = [os.environ["CAMRIG_BIN"], "exec", "--control", rig.call("server.info")["control"], "--", sys.executable, "-c", DEVICE_PROGRAM,
                "/dev/video7"]
-    reader = subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    reader = programs(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     for _ in range(10):
         assert reader.stdout.readline()
     fault = rig.fault.set("desk", "disconnect", output="device")
@@ -347,13 +347,9 @@ def test_programs_see_their_device_unplugged(rig):
     assert reader.returncode == 0, err
     assert sum(float(line.split()[1]) > set_ms for line in out.splitlines()) <= 3, "within a few frames"
     rig.fault.clear(id=fault["id"])
-    again = subprocess.Popen(program, stdout=subprocess.PIPE, text=True)
-    try:
-        for _ in range(5):
-            assert again.stdout.readline(), "it can be opened again"
-    finally:
-        again.terminate()
-        again.wait(timeout=20)
+    again = programs(program, stdout=subprocess.PIPE, text=True)
+    for _ in range(5):
+        assert again.stdout.readline(), "it can be opened again"
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")

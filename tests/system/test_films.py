@@ -177,11 +177,16 @@ def test_what_is_wrong_with_a_film_is_said_with_its_place(rig, tmp_path):
 def test_in_real_time_a_film_plays_and_tells_what_it_shows(rig, tmp_path):
     path = gray_film(tmp_path / "steps.mkv", 40, *H264)
     cam = rig.create_camera("cam", size=(64, 48), fps=25, **POSE, backdrop={"kind": "film", "file": str(path), "proxies": GROUND})
-    shown = set()
-    for _ in range(8):
+    shown, told = {}, {}  # by frame
+    for _ in range(200):
         frame = cam.frame(min_ns=cam.frame().time_ns + 1)
-        shown.add(int(round((np.median(frame.image[:10]) * 219 / 255 - 24) / 4)))
-    assert len(shown) > 4 and shown <= set(range(40))
+        shown[frame.sequence] = int(round((np.median(frame.image[:10]) * 219 / 255 - 24) / 4))
+        truth = cam.truth()
+        told[truth["sequence"]] = truth["backdrop_frame"]
+        if len(both := shown.keys() & told.keys()) >= 8:
+            break
+    assert len(both) >= 8 and len(set(shown.values())) > 4
+    assert {sequence: shown[sequence] for sequence in both} == {sequence: told[sequence] for sequence in both}
     assert cam.truth()["backdrop_late"] >= 0
 
 

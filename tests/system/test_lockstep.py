@@ -91,7 +91,7 @@ def test_a_step_of_hours_lets_commands_through_and_ends_with_the_rig(rig):
         except camrig.CamrigError as error:
             outcome.append(error.kind)
 
-    stepping = threading.Thread(target=step)
+    stepping = threading.Thread(target=step, daemon=True)
     with camrig.connect(control=rig.call("server.info")["control"]) as second:
         stepping.start()
         wait_until(lambda: second.status()["world_ns"] > 0, what="the step to begin")

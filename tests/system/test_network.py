@@ -117,7 +117,7 @@ def test_messages_and_bytes_that_nodes_count_are_those_on_the_bus(tmp_path):
 @pytest.mark.slow
 def test_sigterm_ends_programs_server_and_rig(tmp_path):
     command = [sys.executable, "-m", "examples.network", "--quick", "--heads", "0", "--out", str(tmp_path)]
-    child = subprocess.Popen(command, cwd=REPOSITORY, env={**environment(), "CAMRIG_NETWORK_TEST": str(tmp_path)}, stderr=subprocess.DEVNULL)
+
     def family():
         found = []
         for path in pathlib.Path("/proc").glob("[0-9]*/environ"):
@@ -125,11 +125,19 @@ def test_sigterm_ends_programs_server_and_rig(tmp_path):
                 if f"CAMRIG_NETWORK_TEST={tmp_path}".encode() in path.read_bytes():
                     found.append(int(path.parent.name))
         return found
-    wait_until(lambda: (tmp_path / "truth.jsonl").exists() and (tmp_path / "truth.jsonl").stat().st_size > 0, 60, "the first step")
-    assert len(family()) >= 5
-    child.terminate()
-    child.wait(30)
-    wait_until(lambda: not family(), 10, "the end of all processes")
+
+    child = subprocess.Popen(command, cwd=REPOSITORY, env={**environment(), "CAMRIG_NETWORK_TEST": str(tmp_path)}, stderr=subprocess.DEVNULL)
+    try:
+        wait_until(lambda: (tmp_path / "truth.jsonl").exists() and (tmp_path / "truth.jsonl").stat().st_size > 0, 60, "the first step")
+        assert len(family()) >= 5
+        child.terminate()
+        child.wait(30)
+        wait_until(lambda: not family(), 10, "the end of all processes")
+    finally:
+        for pid in family():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        child.wait(20)
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import asyncio
 import datetime
+import pathlib
 import re
 import threading
 
@@ -75,6 +76,15 @@ def test_home_assistants_client_hears_of_motion_darkness_and_scene_events(rig):
     assert not lost
 
 
+def is_connected(port):
+    """Whether somebody has a connection to it, and all that they sent has been read."""
+    for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]:
+        local, state, queues = (line.split()[n] for n in (1, 3, 4))
+        if local.endswith(f":{port:04X}") and state == "01" and queues.endswith(":00000000"):
+            return True
+    return False
+
+
 @pytest.mark.camrig(scene="minimal", mode="lockstep", args=["--onvif", "0"])
 def test_nobody_watches_a_camera_for_events_until_somebody_subscribes(rig):
     _, port = device_port(rig)
@@ -107,13 +117,18 @@ def test_nobody_watches_a_camera_for_events_until_somebody_subscribes(rig):
         status, text, _ = pull(path, "PT0S", at=elsewhere)
         assert status == 400 and "ResourceUnknownFault" in text
     # One that waits holds up nobody else, and Unsubscribe ends it.
-    waiting = threading.Thread(target=pull, args=(path,))
+    ended = []
+    waiting = threading.Thread(target=lambda: ended.append(pull(path)), daemon=True)
     waiting.start()
+    wait_until(lambda: is_connected(port), what="the one that waits")
     assert post(port, "<tds:GetSystemDateAndTime/>")[0] == 200
     assert post(port, f'<w:Renew xmlns:w="{WSNT}"><w:TerminationTime>PT1H</w:TerminationTime></w:Renew>', path=path)[0] == 200
+    assert not ended
     assert post(port, f'<w:Unsubscribe xmlns:w="{WSNT}"/>', path=path)[0] == 200
     waiting.join(timeout=10)
     assert not waiting.is_alive()
+    ((status, text, _),) = ended
+    assert status == 200 and "PullMessagesResponse" in text and "NotificationMessage" not in text
     assert "ResourceUnknownFault" in pull(path)[1]
 
 

@@ -173,13 +173,13 @@ def test_calibration_is_read_by_opencv(recorded):
     assert "distortion_model: plumb_bob" in (folder / "camera_info.yaml").read_text()
 
 
-def test_a_killed_recording_is_readable_up_to_its_last_frame(tmp_path):
+def test_a_killed_recording_is_readable_up_to_its_last_frame(tmp_path, programs):
     folder = tmp_path / "set"
     with camrig.start(REPOSITORY / "scenes" / "minimal.json", mode="lockstep") as rig:
         for cam in rig.cameras():
             cam.delete()
         rig.create_camera("a", size=(64, 48), fps=100)
-        recorder = subprocess.Popen([camrig.find_binary(), "record", str(folder), "--seconds", "1000000", "--control", rig.info()["control"]])
+        recorder = programs([camrig.find_binary(), "record", str(folder), "--seconds", "1000000", "--control", rig.info()["control"]])
         try:
             path = folder / "a" / "truth.jsonl"
             wait_until(lambda: recorder.poll() is not None or (path.exists() and path.read_bytes().count(b"\n") >= 30), 120, "30 frames")
@@ -308,12 +308,12 @@ def test_yolo_labels_are_where_its_trainer_looks_and_are_the_truth(rich):
 
 
 @pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_recording_that_is_told_to_end_completes_its_labels_and_the_world_runs_on(tmp_path, stop):
+def test_a_recording_that_is_told_to_end_completes_its_labels_and_the_world_runs_on(tmp_path, stop, programs):
     folder = tmp_path / "set"
     with camrig.start(REPOSITORY / "scenes" / "minimal.json", mode="realtime") as rig:
         rig.create_camera("a", size=(64, 48), fps=100)
-        recorder = subprocess.Popen([camrig.find_binary(), "record", str(folder), "--cameras", "a", "--seconds", "1000000", "--json",
-                                     "--control", rig.info()["control"]], stdout=subprocess.PIPE)
+        recorder = programs([camrig.find_binary(), "record", str(folder), "--cameras", "a", "--seconds", "1000000", "--json",
+                             "--control", rig.info()["control"]], stdout=subprocess.PIPE)
         path = folder / "a" / "truth.jsonl"
         wait_until(lambda: recorder.poll() is not None or (path.exists() and path.read_bytes().count(b"\n") >= 3), 60, "3 frames")
         recorder.send_signal(stop)

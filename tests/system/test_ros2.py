@@ -100,7 +100,7 @@ def test_a_lockstep_bag_has_every_frame_of_every_camera_at_its_instant(rig, tmp_
     make_four(rig)
     rig.step(seconds=0.33)
     summary = record(rig, tmp_path / "bag", "--cameras", ",".join(FOUR), "--seconds", 2)
-    assert rig.status()["world_ns"] == summary["world_ns"] or rig.status()["world_ns"] == 2_330_000_000
+    assert rig.status()["world_ns"] == summary["world_ns"] == 2_330_000_000
 
     found = messages(tmp_path / "bag")
     assert counts_by_rosbags(tmp_path / "bag") == {topic: len(items) for topic, items in found.items()}
@@ -210,11 +210,11 @@ def test_the_bag_alone_says_where_things_are_in_the_pictures(rig, tmp_path):
 
 
 @pytest.mark.camrig(**MINIMAL)
-def test_a_moved_camera_moves_in_the_bag_from_its_instant_on(rig, tmp_path):
+def test_a_moved_camera_moves_in_the_bag_from_its_instant_on(rig, tmp_path, programs):
     camera = rig.create_camera("cam", size=(64, 48), fps=10, vfov_deg=60, position=(-5, 0, 2), look_at=(0, 0, 0))
     environment = dict(os.environ, CAMRIG_PYTHON=sys.executable)
     # The recorder only follows: this test steps the world.
-    recorder = subprocess.Popen(
+    recorder = programs(
         command(rig, "ros2", "record", tmp_path / "bag", "--cameras", "cam", "--follow", "--seconds", 1), env=environment, stdout=subprocess.PIPE
     )
     wait_until(lambda: camera.get()["readers"] == 1, what="the recorder's stream")
@@ -303,8 +303,7 @@ def test_jpeg_bytes_are_those_of_the_rig(rig, tmp_path):
         assert bytes(messages(tmp_path / "bag")["/cam/image_raw/compressed"][-1].data) == answer.read()
 
 
-@pytest.mark.camrig(**MINIMAL)
-def test_the_same_rig_gives_the_same_bag(rig, scenes, tmp_path):
+def test_the_same_rig_gives_the_same_bag(scenes, tmp_path):
     digests = []
     for run in ("first", "second"):
         with camrig.start(str(scenes / "minimal.json"), mode="lockstep", seed=3) as other:
@@ -315,12 +314,12 @@ def test_the_same_rig_gives_the_same_bag(rig, scenes, tmp_path):
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
-def test_a_recorder_that_is_killed_leaves_a_bag_that_opens(rig, tmp_path):
+def test_a_recorder_that_is_killed_leaves_a_bag_that_opens(rig, tmp_path, programs):
     for name in ("a", "b"):
         rig.create_camera(name, size=(64, 48), fps=20, place="main")
     bag = tmp_path / "bag"
     environment = dict(os.environ, CAMRIG_PYTHON=sys.executable)
-    recorder = subprocess.Popen(command(rig, "ros2", "record", bag, "--cameras", "a,b"), env=environment, stderr=subprocess.DEVNULL)
+    recorder = programs(command(rig, "ros2", "record", bag, "--cameras", "a,b"), env=environment, stderr=subprocess.DEVNULL)
 
     def flushed():
         try:
@@ -377,11 +376,11 @@ def test_in_real_time_frames_are_recorded_or_counted_as_missing(rig, tmp_path):
 
 
 @pytest.mark.camrig(**MINIMAL)
-def test_a_camera_that_goes_or_changes_its_size_ends_no_recording(rig, tmp_path):
+def test_a_camera_that_goes_or_changes_its_size_ends_no_recording(rig, tmp_path, programs):
     kept = rig.create_camera("kept", size=(64, 48), fps=10, place="main")
     gone = rig.create_camera("gone", size=(64, 48), fps=10, place="main")
     environment = dict(os.environ, CAMRIG_PYTHON=sys.executable)
-    recorder = subprocess.Popen(command(rig, "ros2", "record", tmp_path / "bag", "--cameras", "kept,gone", "--follow", "--seconds", 0.6), env=environment)
+    recorder = programs(command(rig, "ros2", "record", tmp_path / "bag", "--cameras", "kept,gone", "--follow", "--seconds", 0.6), env=environment)
     wait_until(lambda: kept.get()["readers"] == gone.get()["readers"] == 1, what="the recorder's streams")
     rig.step(seconds=0.2)
     wait_for_pictures(tmp_path / "bag", 4)

@@ -107,7 +107,7 @@ def test_header_lines_without_end_do_not_keep_others_waiting(guarded):
                 while not stop.is_set():
                     raw.sendall(b"X-Field: value\r\n" * 4096)
         stop = threading.Event()
-        sender = threading.Thread(target=send)
+        sender = threading.Thread(target=send, daemon=True)
         sender.start()
         try:
             sender.join(10)
@@ -138,13 +138,14 @@ def test_a_wrong_token_closes_the_connection_after_three_and_then_waits(guarded)
     """Guessing was neither slowed nor told: 5000 tries a second."""
     rig, port = guarded
     wrong = 'Authorization: Digest username="camrig", realm="GStreamer RTSP Server", nonce="0", uri="*", response="0"\r\n'
+    began = time.monotonic()
     for _ in range(2):
         with connect(port) as raw:
             for number in range(3):
                 assert options(raw, number + 1, wrong).startswith("RTSP/1.0 401")
             assert is_closed(raw, 5)
     assert "127.0.0.1: wrong user or token" in rig.log
-    assert rig.log.count("wrong user or token") <= 2 + 6  # a line a second; six tries take less
+    assert rig.log.count("wrong user or token") <= 1 + time.monotonic() - began  # a line a second
     assert rig.call("server.info")["connections"]["rtsp"]["wrong_tokens"] == 6
     asked = time.monotonic()
     with connect(port) as raw:  # from an address that guessed too often

@@ -164,11 +164,11 @@ def heavy_camera(rig):
 @pytest.mark.slow
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 @pytest.mark.parametrize("kind", ["rtsp", "rtsp-mjpeg"])
-def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, process, kind):
+def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, process, kind, programs):
     """docs/streams.md states the bound: ten seconds of the stream, once for all stopped clients, then they are closed."""
     cam = heavy_camera(rig)
     url = cam.url(kind)
-    stopped = [subprocess.Popen([sys.executable, "-u", str(REPOSITORY / "docs/examples/rtsp_times.py"), url], stdout=subprocess.PIPE) for _ in range(3)]
+    stopped = [programs([sys.executable, "-u", str(REPOSITORY / "docs/examples/rtsp_times.py"), url], stdout=subprocess.PIPE) for _ in range(3)]
     other = Counter(url)
     # A rig that has just begun to stream still grows, whoever reads.
     wait_until(lambda: count_for([other], 0.2) or other.pictures > 50, what="the stream")
@@ -234,7 +234,7 @@ def test_a_stopped_client_is_closed_and_its_memory_comes_back(rig, process):
 
 @pytest.mark.slow
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
-def test_a_stopped_tcp_client_does_not_hold_udp_clients_up(rig, tmp_path):
+def test_a_stopped_tcp_client_does_not_hold_udp_clients_up(rig, tmp_path, programs):
     cam = heavy_camera(rig)
     rests = RtspReader(cam.url("rtsp-mjpeg"))
     rests.ask("PAUSE", rests.url)
@@ -246,7 +246,7 @@ def test_a_stopped_tcp_client_does_not_hold_udp_clients_up(rig, tmp_path):
     wait_until(lambda: received() > before + 5 or not is_open(port, own_port), what="pictures to go on, past what the connection holds")
     # Packets: some are lost. 3000 are less than half a second of the stream; the stuck client is closed after six.
     pipeline = f"rtspsrc location={cam.url('rtsp-mjpeg')} protocols=udp latency=0 ! identity eos-after=3000 ! fakesink"
-    reader = subprocess.Popen(gst_launch(pipeline), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    reader = programs(gst_launch(pipeline), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     said = b""
     while b"Got EOS from element" not in said:
         assert is_open(port, own_port), "it waited until the stuck client was closed"
@@ -305,9 +305,9 @@ def test_a_thousand_connections_that_say_nothing_harm_nobody(rig, process):
     assert len(take(RtspReader(cam.url("rtsp")), 3)) == 3
 
 
-def test_vanished_udp_clients_are_forgotten_when_their_connection_goes(rig):
+def test_vanished_udp_clients_are_forgotten_when_their_connection_goes(rig, programs):
     cam = rig.create_camera("lobby", size=(320, 240))
-    client = subprocess.Popen(["ffmpeg", "-v", "error", "-rtsp_transport", "udp", "-i", cam.url("rtsp"), "-f", "null", "-"])
+    client = programs(["ffmpeg", "-v", "error", "-rtsp_transport", "udp", "-i", cam.url("rtsp"), "-f", "null", "-"])
     wait_until(lambda: camera_stats(rig)["outputs"] != [], what="a reader")
     client.kill()
     client.wait()

@@ -40,15 +40,15 @@ def reader_machine(tmp_path, scenes):
             ip(f"netns delete {net}")
 
 
-def test_stock_programs_receive_multicast(reader_machine, tmp_path):
+def test_stock_programs_receive_multicast(reader_machine, tmp_path, programs):
     rig, there = reader_machine
     rig.create_camera("lobby", size=(320, 240), code_strip=True)
     url = f"rtsp://camrig:{TOKEN}@{RIG_ADDRESS}:{rig.call('server.info')['rtsp']}/lobby"
     for kind, decoder in (("", "rtph264depay ! avdec_h264"), ("/mjpeg", "rtpjpegdepay ! jpegdec")):
         pictures = tmp_path / f"pictures{kind.replace('/', '-')}"
         pictures.mkdir()
-        gst = subprocess.Popen([*there, *gst_launch(f"rtspsrc location={url}{kind} protocols=udp-mcast latency=0 ! {decoder} ! identity eos-after=20 ! fakesink")],
-                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        gst = programs([*there, *gst_launch(f"rtspsrc location={url}{kind} protocols=udp-mcast latency=0 ! {decoder} ! identity eos-after=20 ! fakesink")],
+                       stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         done = run(*there, "ffmpeg", "-v", "error", "-rtsp_transport", "udp_multicast", "-i", url + kind, "-fps_mode", "passthrough", "-frames:v", "20", str(pictures / "%02d.png"))
         assert done.returncode == 0, done.stderr.decode()
         out, err = gst.communicate(timeout=60)
@@ -57,23 +57,19 @@ def test_stock_programs_receive_multicast(reader_machine, tmp_path):
         assert len(codes) == 20 and all(codes) and strictly_rising([code.sequence for code in codes])
 
 
-def test_all_multicast_readers_share_one_transmission(reader_machine):
+def test_all_multicast_readers_share_one_transmission(reader_machine, programs):
     rig, there = reader_machine
     rig.create_camera("lobby", size=(320, 240))
     url = f"rtsp://camrig:{TOKEN}@{RIG_ADDRESS}:{rig.call('server.info')['rtsp']}/lobby/mjpeg"
     groups = lambda: [line.split()[1] for line in run(*there, "ip", "-4", "maddress", "show", "dev", "wire").stdout.decode().splitlines() if "239.255." in line]
-    readers = [subprocess.Popen([*there, "ffmpeg", "-v", "quiet", "-rtsp_transport", "udp_multicast", "-i", url, "-f", "null", "-"]) for _ in range(3)]
-    try:
-        plays = lambda: rig.log.count("plays /lobby/mjpeg")
-        wait_until(lambda: plays() == 3, what="three readers")
-        assert len(set(groups())) == 1
-        received = lambda: int(run(*there, "cat", "/sys/class/net/wire/statistics/rx_bytes").stdout)
-        sent = lambda: rig.stats()["cameras"][-1]["outputs"][0]["readers"][0]["bytes"]
-        sent_before = sent()  # first: what is sent meanwhile counts on both sides
-        bytes_before = received()
-        wait_until(lambda: sent() - sent_before > 100_000, what="pictures")
-        assert received() - bytes_before < 2 * (sent() - sent_before)
-    finally:
-        for reader in readers:
-            reader.kill()
-            reader.wait()
+    for _ in range(3):
+        programs([*there, "ffmpeg", "-v", "quiet", "-rtsp_transport", "udp_multicast", "-i", url, "-f", "null", "-"])
+    plays = lambda: rig.log.count("plays /lobby/mjpeg")
+    wait_until(lambda: plays() == 3, what="three readers")
+    assert len(set(groups())) == 1
+    received = lambda: int(run(*there, "cat", "/sys/class/net/wire/statistics/rx_bytes").stdout)
+    sent = lambda: rig.stats()["cameras"][-1]["outputs"][0]["readers"][0]["bytes"]
+    sent_before = sent()  # first: what is sent meanwhile counts on both sides
+    bytes_before = received()
+    wait_until(lambda: sent() - sent_before > 100_000, what="pictures")
+    assert received() - bytes_before < 2 * (sent() - sent_before)

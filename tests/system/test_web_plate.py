@@ -93,13 +93,15 @@ def plate_page(rig, browser, photo):
     said = []
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda error: said.append(str(error)))
-    page.goto(rig.page_url)  # the key comes with the printed link, and stays with the tab
-    page.click("header a[href='plate.html']")
-    page.set_input_files("#photo-file", str(photo[0]))
-    until(page, "document.getElementById('photo-facts').textContent === 'My Corner.png · 1280×960'")
-    until(page, "document.getElementById('plate').dataset.view !== undefined")
-    yield Plate(page, photo[1:])
-    context.close()
+    try:
+        page.goto(rig.page_url)  # the key comes with the printed link, and stays with the tab
+        page.click("header a[href='plate.html']")
+        page.set_input_files("#photo-file", str(photo[0]))
+        until(page, "document.getElementById('photo-facts').textContent === 'My Corner.png · 1280×960'")
+        until(page, "document.getElementById('plate').dataset.view !== undefined")
+        yield Plate(page, photo[1:])
+    finally:
+        context.close()
     assert said == [], said
 
 

@@ -26,10 +26,12 @@ def opened(browser, url, **options):
     said = []
     page.on("console", lambda message: said.append(message.text))
     page.on("pageerror", lambda error: said.append(str(error)))
-    page.goto(url)
-    page.wait_for_selector("#stage[aria-labelledby] #picture[data-frames]")
-    yield page
-    context.close()
+    try:
+        page.goto(url)
+        page.wait_for_selector("#stage[aria-labelledby] #picture[data-frames]")
+        yield page
+    finally:
+        context.close()
     assert said == [], said
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import os
 import signal
@@ -31,34 +32,55 @@ class Link:
         self._loop = asyncio.new_event_loop()
         self._up = asyncio.Event()
         self._up.set()
+        self._ended = asyncio.Event()
         # In its thread alone: an interrupt comes in the main thread, and must not find coroutines there that nobody awaits yet.
-        threading.Thread(target=lambda: self._loop.run_until_complete(self._serve(listening)), daemon=True).start()
+        self._thread = threading.Thread(target=self._run, args=(listening,), daemon=True)
+        self._thread.start()
 
     def set_up(self, is_up: bool) -> None:
         self._loop.call_soon_threadsafe(self._up.set if is_up else self._up.clear)
 
+    def close(self) -> None:
+        """Its connections too. Once, when nobody needs it any more."""
+        self._loop.call_soon_threadsafe(self._ended.set)
+        self._thread.join(10)
+
+    def _run(self, listening: socket.socket) -> None:
+        try:
+            self._loop.run_until_complete(self._serve(listening))
+        finally:
+            self._loop.close()
+
     async def _serve(self, listening: socket.socket) -> None:
-        await (await asyncio.start_server(self._join, sock=listening)).serve_forever()
+        server = await asyncio.start_server(self._join, sock=listening)
+        await self._ended.wait()
+        server.close()
+        joined = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in joined:
+            task.cancel()
+        await asyncio.gather(*joined, return_exceptions=True)
+        await asyncio.sleep(0)  # transports close when the loop comes to it
 
     async def _join(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        await self._up.wait()
         try:
+            await self._up.wait()
             far_reader, far_writer = await asyncio.open_connection("127.0.0.1", self._to)
+            await asyncio.gather(self._pump(reader, far_writer), self._pump(far_reader, writer))
         except OSError:
+            pass
+        finally:
             writer.close()
-            return
-        await asyncio.gather(self._pump(reader, far_writer), self._pump(far_reader, writer))
 
     async def _pump(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
-            while data := await reader.read(65536):
-                await self._up.wait()
-                writer.write(data)
-                await writer.drain()
-        except OSError:
-            pass
-        await self._up.wait()
-        writer.close()
+            with contextlib.suppress(OSError):
+                while data := await reader.read(65536):
+                    await self._up.wait()
+                    writer.write(data)
+                    await writer.drain()
+            await self._up.wait()
+        finally:
+            writer.close()
 
 
 class Node:
@@ -85,6 +107,10 @@ class Node:
         children = Path(f"/proc/{self.process.pid}/task/{self.process.pid}/children").read_text().split()
         for pid in [*([self.process.pid] if node else []), *map(int, children)]:
             os.kill(pid, what)
+
+    def close_links(self) -> None:
+        for link in self._links:
+            link.close()
 
     def kill(self) -> None:
         """Its rig must not outlive it."""
@@ -139,6 +165,7 @@ class Farm:
                 node.process.send_signal(signal.SIGCONT)
                 node.process.kill()
                 node.process.wait()
+            node.close_links()
         if self.door_process:
             self.door_process.kill()
             self.door_process.wait()

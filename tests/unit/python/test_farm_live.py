@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import json
-import socket
+import pathlib
 import subprocess
 import tempfile
 import time
@@ -29,21 +29,27 @@ from camrig.farm.live.up import find_nats_server
 
 @contextlib.asynccontextmanager
 async def bus():
-    with socket.create_server(("127.0.0.1", 0)) as free, tempfile.TemporaryDirectory() as store:
-        port = free.getsockname()[1]
-        free.close()
-        server = subprocess.Popen([find_nats_server(), "-js", "-sd", store, "-a", "127.0.0.1", "-p", str(port)], stderr=subprocess.DEVNULL)
+    with tempfile.TemporaryDirectory() as folder:
+        # The server takes a free port, and tells it in a file.
+        server = subprocess.Popen([find_nats_server(), "-js", "-sd", f"{folder}/store", "-a", "127.0.0.1", "-p", "-1", "--ports_file_dir", folder, "-l", f"{folder}/log"])
         try:
-            for _ in range(100):
-                with contextlib.suppress(OSError):
-                    client = await connect(f"nats://127.0.0.1:{port}")
-                    break
-                await asyncio.sleep(0.05)
+            client = await connect(await url_of(server, pathlib.Path(folder)))
             yield client
             await client.close()
         finally:
             server.kill()
             server.wait()
+
+
+async def url_of(server, folder):
+    deadline = time.monotonic() + 30
+    while True:
+        with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):  # not there yet, or half written
+            return json.loads((folder / f"nats-server_{server.pid}.ports").read_text())["nats"][0]
+        if server.poll() is not None or time.monotonic() > deadline:
+            said = folder / "log"
+            pytest.fail(f"no NATS server; it said: {said.read_text() if said.exists() else 'nothing'}")
+        await asyncio.sleep(0.05)
 
 
 def entry(name, at_ns=0):
