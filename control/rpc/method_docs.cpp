@@ -6,7 +6,6 @@
 #include "control/rpc/method_shapes.h"
 #include "control/rpc/methods.h"
 #include "core/base/descriptors.h"
-#include "core/engine/camera_table.h"
 #include "core/fault/fault_kind.h"
 
 // docs/control-protocol.md is made here, from the method table; a unit test compares the two.
@@ -117,9 +116,9 @@ std::string limits_section() {
            seconds(limits.stalled_after) + " | the connection is closed |\n| first line where a token is asked for | " +
            number(limits.unauthorized_line_bytes) + " bytes, " + seconds(limits.authorize_time) +
            " | the connection is closed |\n| one picture of `frame.get`, before base64 | " + mib(max_frame_bytes) +
-           " | `resource_exhausted` |\n| cameras | " + number(engine::CameraTable::max_cameras) +
+           " | `resource_exhausted` |\n| cameras | " + number(engine::max_cameras) +
            " | `resource_exhausted` |\n| pixels of all cameras together | " +
-           std::to_string(engine::CameraTable::max_total_pixels >> 20) +
+           std::to_string(engine::max_total_pixels >> 20) +
            " Mpixel (of 2^20) | `resource_exhausted` |\n| commands waiting for the world | " +
            number(engine::max_queued_commands) + " | `resource_exhausted` |\n| scenes waiting to be loaded | " +
            number(max_scenes_waiting) + " | `resource_exhausted` |\n| photos waiting to be calibrated | " +

@@ -12,8 +12,12 @@ namespace {
 using world::LightSource;
 
 /// A texel's places have so many rays each. A place from which more of them meet the inside of something is within
-/// that, or under it, and counts for nothing.
-constexpr int rays_of_place = 16, most_insides = 12;
+/// that, or under it, and counts for nothing;
+constexpr int rays_of_place = 16, most_insides = 2;
+/// but where all of a texel is so and what is over it is a sheet that faces as it does, as a seat without a bottom, it
+/// lies in the shade of that, if no more of them meet it.
+constexpr int most_above = 12;
+constexpr float faces_alike = 0.7f;
 /// Beside them, so many to lamps.
 constexpr int lamp_rays_of_place = 4;
 /// Whether a side of something thin is seen is told by so many rays: by what of their light comes from farther than
@@ -150,7 +154,10 @@ TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaL
     const RaySurface& surface = scene_.surfaces()[hit->surface];
     const glm::vec3 at = surface.position_at(hit->triangle, hit->shares);
     Met met{!hit->is_front && !surface.material->double_sided && surface.is_lit, glm::distance(ray.from, at)};
-    if (met.is_inside) return met;
+    if (met.is_inside) {
+        met.side = surface.side_of(hit->triangle);
+        return met;
+    }
     const std::int32_t texel = map_.texel_at(*hit);
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
         if (texel >= 0) sum[layer] += radiance_[layer][static_cast<std::size_t>(texel)] * through;
@@ -170,13 +177,14 @@ bool TexelLight::gather(std::size_t number, int rays, std::uint64_t stream, Gath
         const MapPlace middle = map_.place(texel);
         area_lamps_.weigh(middle.position, middle.normal, both_sides, lamps);
     }
-    int counted = 0;
+    int counted = 0, shaded = 0;
+    Gathered in_shade{};
     for (int first = 0; first < rays; first += rays_of_place) {
         const MapPlace place = map_.place(texel, spread_point(first / rays_of_place, moved) - 0.5f);
         if (place.side == glm::vec3(0.0f)) return false;
         const Basis basis(place.normal);
         std::array<Gathered, 2> of_sides{};
-        int inside = 0;
+        int inside = 0, above = 0;
         for (int i = first; i < first + rays_of_place; ++i) {
             glm::vec3 along = basis.turned(by_cosine(spread_point(i, shift)));
             glm::vec3 side = place.side;
@@ -187,9 +195,10 @@ bool TexelLight::gather(std::size_t number, int rays, std::uint64_t stream, Gath
             }
             // A bent normal sends rays behind the surface: nothing comes from there.
             if (glm::dot(along, side) <= 0.0f) continue;
-            inside += look({place.position + side * lift_m, along}, of_sides[is_behind]).is_inside;
+            const Met met = look({place.position + side * lift_m, along}, of_sides[is_behind]);
+            if (met.is_inside) ++(glm::dot(met.side, side) > faces_alike ? above : inside);
         }
-        if (inside > most_insides) continue;
+        if (inside > most_insides || above > most_above) continue;
         Gathered part = of_sides[0];
         for (std::size_t layer = 0; both_sides && layer < sources_.size(); ++layer)
             part[layer] = 2.0f * (front_share * part[layer] + (1.0f - front_share) * of_sides[1][layer]);
@@ -197,8 +206,14 @@ bool TexelLight::gather(std::size_t number, int rays, std::uint64_t stream, Gath
             part[glow_layer_] += of_area_lamps(place, front_share, lamps, first / rays_of_place * lamp_rays_of_place,
                                                lamp_rays_of_place, shift) *
                                  static_cast<float>(rays_of_place);
-        counted += rays_of_place;
-        for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] += part[layer];
+        const bool is_open = inside + above <= most_insides;
+        (is_open ? counted : shaded) += rays_of_place;
+        Gathered& to = is_open ? sum : in_shade;
+        for (std::size_t layer = 0; layer < sources_.size(); ++layer) to[layer] += part[layer];
+    }
+    if (counted == 0) {
+        sum = in_shade;
+        counted = shaded;
     }
     if (counted == 0) return false;
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) sum[layer] *= 1.0f / static_cast<float>(counted);

@@ -42,6 +42,7 @@ public:
     struct Met {
         bool is_inside = false;  ///< of something
         float distance = std::numeric_limits<float>::infinity();
+        glm::vec3 side{0.0f};  ///< of what it is inside of, where that is met: away from who is within
     };
     Met look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps = AreaLampsCount::no) const;
     const AreaLamps& area_lamps() const { return area_lamps_; }

@@ -78,6 +78,15 @@ Result<nlohmann::json> parse_json(std::string_view text, std::size_t max_bytes) 
         std::string what = problem.what();
         // "[json.exception.parse_error.101] parse error at line 1, column 2: ..." -> what a person needs.
         if (const auto end = what.find("] "); end != std::string::npos) what.erase(0, end + 2);
+        // What was read last is told where it is a word of JSON, and not where it is much of somebody's file.
+        constexpr std::string_view last_read = "last read: '";
+        constexpr std::size_t most_of_it = 12;
+        if (const auto begin = what.find(last_read); begin != std::string::npos) {
+            const auto end = what.rfind('\'');
+            const std::size_t from = begin + last_read.size();
+            if (end != std::string::npos && end > from + most_of_it)
+                what.replace(from - 1, end + 1 - (from - 1), "a long text");
+        }
         return error(ErrorKind::invalid_argument, "not JSON: " + what.substr(0, 300));
     }
 }

@@ -85,11 +85,6 @@ stream::CameraStream stream_of(const CameraEntry& entry);
 /// The cameras of the rig by name, with the limits on their number and size. Thread: the engine's.
 class CameraTable {
 public:
-    static constexpr std::size_t max_cameras = 256;
-    /// All cameras together; at 8 bytes per pixel on the device and 4 in each frame this is about 2 GiB. A GPU that
-    /// converts colours gives a frame for each pixel format that readers take, 1.5 bytes a pixel for most.
-    static constexpr std::int64_t max_total_pixels = std::int64_t{160} << 20;
-
     /// Adds a camera; already_exists, invalid name and resource_exhausted are errors and change nothing.
     Result<CameraEntry*> add(world::CameraSpec spec);
     /// Replaces the camera's spec and motion; name, id and sequence numbers stay. An error changes nothing.

@@ -365,5 +365,9 @@ public:
 };
 
 inline constexpr std::size_t max_queued_commands = 1024;
+inline constexpr std::size_t max_cameras = 256;
+/// All cameras together; at 8 bytes per pixel on the device and 4 in each frame this is about 2 GiB. A GPU that
+/// converts colours gives a frame for each pixel format that readers take, 1.5 bytes a pixel for most.
+inline constexpr std::int64_t max_total_pixels = std::int64_t{160} << 20;
 
 }  // namespace camrig::engine

@@ -161,16 +161,16 @@ TEST(BakedPicture, ADarkerGroundMakesNothingBrighter) {
     std::vector<TestBox> roofed = yard;
     roofed.push_back({"roof", {0, 0, 2}, {6, 6, 0.2}, 0.5});
     double before = 0.0;
-    for (const char* const ground : {"0", "0.001", "0.1", "0.3", "0.6"}) {
+    for (const char* const below : {"0", "0.001", "0.1", "0.3", "0.6"}) {
         const auto scene = with_light(
             scene_of(roofed, std::string(R"(, "environment": {"ambient": {"sky": [0.8, 0.8, 0.8], "ground": [)") +
-                                 ground + "," + ground + "," + ground + "]}}"));
+                                 below + "," + below + "," + below + "]}}"));
         Eye eye;
         eye.look({-2.5, 0, 1}, {0, 0, 2});
         double sum = 0.0;
         const auto frame = eye.draw(begin_of(scene));
         for (const std::byte one : frame->bytes()) sum += std::to_integer<int>(one);
-        EXPECT_GE(sum, before) << ground;
+        EXPECT_GE(sum, before) << below;
         before = sum;
     }
 }

@@ -15,6 +15,16 @@ TEST(ParseJson, ALongArrayOfObjectsTakesLinearTime) {
     EXPECT_EQ(parse_json(text, text.size()).value().size(), 300001u);
 }
 
+TEST(ParseJson, AnErrorDoesNotTellWhatSomebodysFileSays) {
+    for (const char* const text :
+         {"\"top secret of somebody", "[1, 2, \"top secret of somebody\n", "{\"a\": top secret}"}) {
+        const auto read = parse_json(text, 1000);
+        ASSERT_FALSE(read.has_value()) << text;
+        EXPECT_EQ(read.error().message.find("secret"), std::string::npos) << read.error().message;
+        EXPECT_NE(read.error().message.find("line 1, column"), std::string::npos) << read.error().message;
+    }
+}
+
 TEST(JsonReader, ErrorsCarryThePathOfThePlace) {
     const auto json = parse_json(R"({"near": "a"})", 1000).value();
     JsonReader reader(json, "cameras[2]");
