@@ -61,8 +61,9 @@ public:
     const world::Snapshot& first() const { return *first_; }
     const world::Snapshot& last() const { return *last_; }
 
-    /// In the optical frame of that time, as large as the camera's own focal length shows it, of a point that goes straight from one place to another from the first row to
-    /// the last. Each step leaves the share of the error that the picture moves while a row is read.
+    /// In the optical frame of that time, as large as the camera's own focal length shows it, of a point that goes
+    /// straight from one place to another from the first row to the last. Each step leaves the share of the error that
+    /// the picture moves while a row is read.
     glm::dvec3 see(const glm::dvec3& from, const glm::dvec3& to) const {
         double share = 0.5;
         glm::dvec3 seen = at(share, from, to);

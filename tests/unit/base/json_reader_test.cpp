@@ -21,7 +21,7 @@ TEST(ParseJson, AnErrorDoesNotTellWhatSomebodysFileSays) {
         const auto read = parse_json(text, 1000);
         ASSERT_FALSE(read.has_value()) << text;
         EXPECT_EQ(read.error().message.find("secret"), std::string::npos) << read.error().message;
-        EXPECT_NE(read.error().message.find("line 1, column"), std::string::npos) << read.error().message;
+        EXPECT_NE(read.error().message.find("parse error at line"), std::string::npos) << read.error().message;
     }
 }
 
