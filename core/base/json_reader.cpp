@@ -82,10 +82,9 @@ Result<nlohmann::json> parse_json(std::string_view text, std::size_t max_bytes) 
         constexpr std::string_view last_read = "last read: '";
         constexpr std::size_t most_of_it = 12;
         if (const auto begin = what.find(last_read); begin != std::string::npos) {
-            const auto end = what.rfind('\'');
-            const std::size_t from = begin + last_read.size();
-            if (end != std::string::npos && end > from + most_of_it)
-                what.replace(from - 1, end + 1 - (from - 1), "a long text");
+            const std::size_t from = begin + last_read.size(), expected = what.rfind("'; expected ");
+            const std::size_t end = expected != std::string::npos && expected >= from ? expected : what.size() - 1;
+            if (end > from + most_of_it) what.replace(from - 1, end + 1 - (from - 1), "a long text");
         }
         return error(ErrorKind::invalid_argument, "not JSON: " + what.substr(0, 300));
     }

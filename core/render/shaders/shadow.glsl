@@ -9,15 +9,12 @@ layout(std140, binding = 4) uniform ShadowBlock { ShadowMap maps[MAX_SHADOWS]; }
 
 layout(binding = 5) uniform sampler2DArrayShadow shadow_maps;
 
-float map_side() {
-    return float(textureSize(shadow_maps, 0).x);
-}
-
 // How much deeper the plane through `position` with normal n is a texel to the right, and one down.
 vec2 shadow_slope(int map, vec3 position, vec3 n) {
     vec4 plane = vec4(n, -dot(n, position));
+    float map_side = float(textureSize(shadow_maps, 0).x);
     vec2 across = vec2(dot(shadows.maps[map].planes[0], plane), dot(shadows.maps[map].planes[1], plane));
-    return across * (-1.0 / (map_side() * dot(shadows.maps[map].planes[2], plane)));
+    return across * (-1.0 / (map_side * dot(shadows.maps[map].planes[2], plane)));
 }
 
 // Share of a light that a map lets through to `position`, whose surface has normal n there; towards: the light, unit.
@@ -29,7 +26,8 @@ float share_in_map(int map, vec3 position, vec3 n, vec3 towards) {
     float side = texel.x + texel.y * max(dot(row3, vec4(position, 1.0)), 0.0);
     vec4 p = vec4(position + towards * (side * SHADOW_BIAS_TEXELS / used_cosine), 1.0);
     float w = 1.0 / max(dot(row3, p), 1e-6);
-    vec2 at = vec2(dot(row0, p), dot(row1, p)) * (w * map_side());
+    float map_side = float(textureSize(shadow_maps, 0).x), map_texel = 1.0 / map_side;
+    vec2 at = vec2(dot(row0, p), dot(row1, p)) * (w * map_side);
     float depth = dot(row2, p) * w;
     vec2 slope = shadow_slope(map, position, n + towards * (used_cosine - cosine));
 
@@ -43,7 +41,7 @@ float share_in_map(int map, vec3 position, vec3 n, vec3 towards) {
         for (int column = 0; column < 4; ++column) {
             vec2 step = vec2(column, row);
             float there = min(depth + dot(slope, step - 1.0 - t), 1.0);
-            vec2 place = (base - 1.5 + step) * (1.0 / map_side());
+            vec2 place = (base - 1.5 + step) * map_texel;
             sum += right[column] * down[row] * texture(shadow_maps, vec4(place, float(map), there));
         }
     }

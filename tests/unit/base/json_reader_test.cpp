@@ -25,6 +25,13 @@ TEST(ParseJson, AnErrorDoesNotTellWhatSomebodysFileSays) {
     }
 }
 
+TEST(ParseJson, AnErrorTellsWhatWasReadAndWhatWouldBeRight) {
+    const std::string said = parse_json("{\"a\" to}", 1000).error().message;
+    EXPECT_NE(said.find("last read: '\"a\" to'; expected ':'"), std::string::npos) << said;
+    const std::string longer = parse_json("{\"a long name of something\" to}", 1000).error().message;
+    EXPECT_NE(longer.find("last read: a long text; expected ':'"), std::string::npos) << longer;
+}
+
 TEST(JsonReader, ErrorsCarryThePathOfThePlace) {
     const auto json = parse_json(R"({"near": "a"})", 1000).value();
     JsonReader reader(json, "cameras[2]");

@@ -148,8 +148,10 @@ class Feed:
                 answer, digest = await self._step_to(entry["to_ns"], timeout_s=entry["timeout_s"])
                 self.digests.put_nowait({**digest, "step": number})
             else:
-                while self.world_ns < entry["at_ns"]:  # a reader held a step up for too long
+                while (before_ns := self.world_ns) < entry["at_ns"]:  # a reader held a step up for too long
                     await self._step_to(entry["at_ns"])
+                    if self.world_ns == before_ns:
+                        await asyncio.sleep(_ASK_S)
                 answer = await self._wire.send(self._wire.request(entry["method"], {**entry["params"], "at_ns": entry["at_ns"]}))
             self.last_at_ns = entry.get("to_ns", entry["at_ns"])
             self.applied = number
