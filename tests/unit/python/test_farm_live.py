@@ -445,6 +445,32 @@ def test_parts_of_several_bodies_come_whole_and_end_with_the_first_that_ends():
     asyncio.run(run())
 
 
+@pytest.mark.parametrize("turns", range(9))
+def test_all_bodies_end_with_one_also_when_a_part_of_another_has_just_been_written(turns):
+    """``turns`` of the loop until one ends: whatever the other one's writer has come to by then."""
+    written = []
+
+    async def ends():
+        for _ in range(turns):
+            await asyncio.sleep(0)
+        for part in ():
+            yield part
+
+    async def goes_on():
+        for _ in range(1000):
+            await asyncio.sleep(0)
+            yield b"part"
+
+    async def put(part):
+        written.append(part)
+
+    async def write(part):
+        await asyncio.wait_for(put(part), 10)
+
+    asyncio.run(join([ends(), goes_on()], write))
+    assert len(written) < 10
+
+
 @pytest.mark.parametrize("params", [{"seconds": "1"}, {"seconds": None}, {"seconds": float("nan")}, {"seconds": float("inf")}, {"nanoseconds": True},
                                     {"seconds": 0.1, "timeout_s": 5000}, {"seconds": 0.1, "timeout_s": 0}, {"seconds": 0.1, "timeout_s": "x"}])
 def test_a_step_that_no_rig_takes_is_refused_at_once(params):

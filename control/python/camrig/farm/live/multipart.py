@@ -31,11 +31,14 @@ async def parts_of(body: Readable) -> AsyncIterator[bytes]:
 async def join(bodies: Sequence[AsyncIterator[bytes]], write: Callable[[bytes], Awaitable[None]]) -> None:
     """Part by part as they come, until one body ends. Nobody reads ahead: who waits to write holds one part."""
     turn = asyncio.Lock()
+    is_over = False
 
     async def take(body: AsyncIterator[bytes]) -> None:
         async for part in body:
             async with turn:
                 await write(part)
+            if is_over:  # wait_for() before Python 3.12 loses a cancellation that comes when what it waits for has just been done
+                return
 
     taking = [asyncio.ensure_future(take(body)) for body in bodies]
     try:
@@ -43,6 +46,7 @@ async def join(bodies: Sequence[AsyncIterator[bytes]], write: Callable[[bytes], 
         for one in done:
             one.result()
     finally:
+        is_over = True
         for one in taking:
             one.cancel()
         await asyncio.gather(*taking, return_exceptions=True)
