@@ -1,6 +1,7 @@
 """Profiles, encoders and their settings by ONVIF Media and Media2, as unmodified clients have them."""
 
 import asyncio
+import concurrent.futures
 import json
 import re
 import shutil
@@ -290,12 +291,14 @@ def test_streams_that_rtp_cannot_carry_are_no_profiles_and_no_options(rig):
     port = device_port(rig)
     for name, size, has_jpeg in (("wide", (2048, 480), False), ("uneven", (332, 250), False), ("plain", (320, 240), True)):
         cam = rig.create_camera(name, size=size, fps=25)
+        uris = []
         for prefix, space in (("trt", ""), ("tr2", f' xmlns:tr2="{TR2}"')):
             tokens = re.findall(f'<{prefix}:Profiles token="({name}[^"]*)"', post(port, f"<{prefix}:GetProfiles{space}/>")[1])
             assert tokens == [name, f"{name}-sub", f"{name}-mjpeg"][:3 if has_jpeg else 2]
             for token in tokens:
-                uri = re.search("<t..?:Uri>(.*?)</", post(port, f"<{prefix}:GetStreamUri{space}><{prefix}:ProfileToken>{token}</{prefix}:ProfileToken></{prefix}:GetStreamUri>")[1])[1]
-                assert read_of(uri, 2)[0]["width"]
+                uris.append(re.search("<t..?:Uri>(.*?)</", post(port, f"<{prefix}:GetStreamUri{space}><{prefix}:ProfileToken>{token}</{prefix}:ProfileToken></{prefix}:GetStreamUri>")[1])[1])
+        with concurrent.futures.ThreadPoolExecutor() as pool:
+            assert all(stream["width"] for stream, _ in pool.map(lambda uri: read_of(uri, 2), uris))
         sizes = re.findall("<tt:JPEG>.*</tt:JPEG>", post(port, f"<trt:GetVideoEncoderConfigurationOptions><trt:ConfigurationToken>{name}-sub</trt:ConfigurationToken></trt:GetVideoEncoderConfigurationOptions>")[1])
         for width, height in re.findall(r"<tt:Width>(\d+)</tt:Width><tt:Height>(\d+)</tt:Height>", "".join(sizes)):
             inner = f"<tt:Encoding>JPEG</tt:Encoding><tt:Resolution><tt:Width>{width}</tt:Width><tt:Height>{height}</tt:Height></tt:Resolution>"

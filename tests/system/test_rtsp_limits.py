@@ -97,11 +97,14 @@ def test_two_hundred_connections_leave_nothing_behind(rig, process):
     cam = rig.create_camera("lobby", size=(320, 240))
     keep = RtspReader(cam.url("rtsp"))  # the stream itself stays
 
+    def visit_once(i):
+        reader = RtspReader(cam.url("rtsp" if i % 2 else "rtsp-mjpeg"))
+        take(reader, 1)
+        reader.close()
+
     def visit(count):
-        for i in range(count):
-            reader = RtspReader(cam.url("rtsp" if i % 2 else "rtsp-mjpeg"))
-            take(reader, 1)
-            reader.close()
+        with concurrent.futures.ThreadPoolExecutor(4) as pool:
+            list(pool.map(visit_once, range(count)))
         wait_until(lambda: len(camera_stats(rig)["outputs"]) == 1, what="the MJPEG stream to end")
 
     visit(30)

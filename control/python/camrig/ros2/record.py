@@ -148,16 +148,17 @@ class Recorder:
 
     def _open_readers(self) -> None:
         for name in self._without_reader():
-            self._open_reader(name)
+            self._open_reader(name, self._start_ns)
 
     def _without_reader(self) -> list[str]:
         return [] if self._options.raw else [name for name in self._active if name not in self._readers]
 
-    def _open_reader(self, name: str) -> None:
+    def _open_reader(self, name: str, after_ns: int) -> None:
+        """Of what is shown later than that: a stream begins with the picture that is there."""
         url = Camera(self._rig, name).url("mjpeg", quality=self._options.quality)
-        self._readers[name] = StreamReader(name, url, self._start_ns, self._inbox.put, self._inbox.stream_ended)
+        self._readers[name] = StreamReader(name, url, after_ns, self._inbox.put, self._inbox.stream_ended)
 
-    def _renew_readers(self) -> None:
+    def _renew_readers(self, after_ns: int) -> None:
         """A stream ends when its camera changes its size, is deleted, or the rig is gone."""
         ended, self._ended = self._ended | self._inbox.take_ended(), set()
         for name in ended:
@@ -168,7 +169,7 @@ class Recorder:
         self._poll()  # one that was deleted is not to be asked
         for name in self._without_reader():
             try:
-                self._open_reader(name)
+                self._open_reader(name, after_ns)
             except CamrigError as problem:  # it went meanwhile, or a fault refuses readers: its frames are missing
                 if problem.kind not in ("not_found", "unavailable"):
                     raise
@@ -178,10 +179,12 @@ class Recorder:
         assert self._end_ns is not None
         now_ns = self._start_ns
         while not self._stopping and now_ns < self._end_ns:
-            self._renew_readers()
+            self._renew_readers(now_ns)
             due_ns = min([self._end_ns, *(self._cameras[name].now.next_due_ns(now_ns) for name in self._active)])
             self._step(due_ns - now_ns)
             self._poll()
+            # Who was refused until now may read from this instant on.
+            self._renew_readers(now_ns)
             # A camera whose clock runs its own way has its instants beside the grid; one that exposes for long leaves some out.
             read = self._active if self._options.raw else [name for name in self._active if name in self._readers]
             shown = {name: ns for name in read if (ns := self._cameras[name].latest_ns) > now_ns}
@@ -246,7 +249,7 @@ class Recorder:
             time.sleep(_BATCH_S)
             frames = self._inbox.take(_POLL_S)
             self._poll()
-            self._renew_readers()
+            self._renew_readers(self._start_ns)
             self._write(frames)
             world_ns = max((world_ns for _, world_ns in self._last.values()), default=self._start_ns)
             self._tell(world_ns if end_ns is None else min(world_ns, end_ns))
