@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT / "control" / "python"))
 from camrig.places import find_binary  # noqa: E402
 from camrig.scene_base import on_its_base  # noqa: E402
 from tools.bench.light import compare, export  # noqa: E402
-from tools.bench.light.reference import Layers, Reference  # noqa: E402
+from tools.bench.light.reference import Reference  # noqa: E402
 
 PAGE = ROOT / "docs" / "quality.md"
 PICTURES = ROOT / "docs" / "pictures" / "light"
@@ -92,18 +92,25 @@ class Found:
 
     drawn: Drawn
     exported: export.Exported
-    layers: tuple[Layers, Layers]
+    lights: tuple[np.ndarray, np.ndarray]
+    denoised: tuple[np.ndarray, np.ndarray]
     differs: float
 
     @property
     def light(self) -> np.ndarray:
         """The reference's."""
-        return (self.layers[0].whole + self.layers[1].whole) / 2
+        return sum(self.denoised) / 2
 
     def halves(self, level: str, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """In codes, as our level shows that light."""
-        first, second = (export.codes(half.whole, self.exported.exposure * factor, is_toned=self.is_toned(level)) for half in self.layers)
-        return first, second
+        return self._codes(self.lights, level, factor)
+
+    def clean(self, level: str, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """The same, denoised."""
+        return self._codes(self.denoised, level, factor)
+
+    def _codes(self, lights: tuple[np.ndarray, np.ndarray], level: str, factor: float) -> tuple[np.ndarray, np.ndarray]:
+        return tuple(export.codes(light, self.exported.exposure * factor, is_toned=self.is_toned(level)) for light in lights)
 
     def is_toned(self, level: str) -> bool:
         return self.exported.has_tone_curve and level in ("beautiful", BAKED)
@@ -121,15 +128,16 @@ def find(name: str, place: str, size: tuple[int, int], samples: int, scene: dict
     print(f"{name}, {place}: {100 * share:.2f} % of the pixels differ in depth", file=sys.stderr, flush=True)
     if share > DEPTH_SHARE:
         raise RuntimeError(f"{name}, {place}: depth differs in {100 * share:.1f} % of the pixels: the export is wrong")
-    return Found(drawn, exported, (reference.layers(samples // 2, 10), reference.layers(samples // 2, 20)), share)
+    lights = reference.light(samples // 2, 10), reference.light(samples // 2, 20)
+    return Found(drawn, exported, lights, tuple(reference.denoised(light) for light in lights), share)
 
 
 def shown(level: str) -> str:
     return level if level == BAKED else f"`{level}`"
 
 
-def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[list[str], str, str]:
-    """Rows of the table of what stands still, the ladder's row, and the line of its picture."""
+def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[list[str], str]:
+    """Rows of the table of what stands still, and the line of its picture."""
     path = ROOT / "scenes" / f"{name}.json"
     scene = export.still(on_its_base(json.loads(path.read_text()), path))
     found = find(name, place, size, samples, scene)
@@ -137,22 +145,16 @@ def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple
     is_lamp = compare.beside_lamps(found.light * exported.exposure)
     rows = []
     for level, picture in found.drawn.pictures.items():
-        score = compare.score(picture, found.halves(level), is_lamp)
+        score = compare.score(picture, found.halves(level), found.clean(level), is_lamp)
         factor = compare.best_factor(picture, found.light * exported.exposure, is_toned=found.is_toned(level))
-        levelled = compare.score(picture, found.halves(level, factor), is_lamp)
+        levelled = compare.score(picture, found.halves(level, factor), found.clean(level, factor), is_lamp)
         rows.append(
             f"| {name}, {place} | {shown(level)} | {score.psnr_db:.1f} | {score.psnr_without_lamps_db:.1f} | {score.ssim:.3f} | {score.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
-            f"{levelled.flip:.3f} | {compare.noise(found.halves(level)):.1f} | {100 * found.differs:.2f} |"
+            f"{levelled.flip:.3f} | {compare.noise(found.halves(level)):.1f} | {compare.noise(found.clean(level)):.1f} | {100 * found.differs:.2f} |"
         )
         print(rows[-1], file=sys.stderr, flush=True)
-    unlit = draw(export.without_lights(scene, exported), place, size, ("beautiful",)).pictures["beautiful"]
-    is_toned = exported.has_tone_curve
-    ours = export.light_of(found.drawn.pictures["beautiful"], is_toned=is_toned)
-    steps = compare.mended(ours, export.light_of(unlit), found.layers, exported.exposure, is_toned=is_toned)
     print(f"{name}, {place}: {100 * is_lamp.mean():.1f} % of the pixels are of or beside what shines over white", file=sys.stderr, flush=True)
-    ladder = f"| {name}, {place} | " + " | ".join(f"{decibels:.1f}" for _, decibels in steps) + " |"
-    print(ladder, file=sys.stderr, flush=True)
-    return rows, ladder, save(f"{name}-{place}", found.drawn.pictures[BAKED], sum(found.halves(BAKED)) / 2)
+    return rows, save(f"{name}-{place}", found.drawn.pictures[BAKED], sum(found.clean(BAKED)) / 2)
 
 
 def measure_people(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[str, str]:
@@ -166,7 +168,7 @@ def measure_people(name: str, place: str, size: tuple[int, int], samples: int) -
     )
     row = f"| {name}, {place} | {len(people)} | {100 * there.mean():.1f} | " + " | ".join(f"{value:.1f}" for value in found_db) + " |"
     print(row, file=sys.stderr, flush=True)
-    return row, save(f"{name}-{place}-people", found.drawn.pictures[BAKED], sum(found.halves(BAKED)) / 2)
+    return row, save(f"{name}-{place}-people", found.drawn.pictures[BAKED], sum(found.clean(BAKED)) / 2)
 
 
 def main() -> int:
@@ -183,16 +185,13 @@ def main() -> int:
         return 0
     text = "\n".join([
         f"{width}x{height}, `antialias: coverage`, {arguments.samples} samples a pixel of Mitsuba.", "",
-        "| scene, place | level | PSNR dB | PSNR, lamps left out | SSIM | FLIP | level, ours to reference | PSNR at equal level | FLIP at equal level | noise of the reference, codes | depth differs, % |",
-        "|---|---|---|---|---|---|---|---|---|---|---|",
-        *(row for rows, _, _ in still for row in rows), "",
-        "PSNR in dB of `beautiful` as one part of its light after the other is replaced by the reference's:", "",
-        "| scene, place | as it is | sun: shadows, surfaces | and sun bounced | and the surroundings, with what hides them |", "|---|---|---|---|---|",
-        *(ladder for _, ladder, _ in still), "",
+        "| scene, place | level | PSNR dB | PSNR, lamps left out | SSIM | FLIP | level, ours to reference | PSNR at equal level | FLIP at equal level | noise of the reference, codes | and denoised | depth differs, % |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+        *(row for rows, _ in still for row in rows), "",
         "PSNR in dB of the pixels of people who stand there:", "",
         "| scene, place | people | % of the pixels | " + " | ".join(shown(level) for level in (*LEVELS, BAKED)) + " |", "|---|---|---|---|---|---|---|",
         *(row for row, _ in people), "",
-        *(line for of_still, of_people in zip(still, people) for line in (of_still[2], "", of_people[1], "")),
+        *(line for of_still, of_people in zip(still, people) for line in (of_still[1], "", of_people[1], "")),
     ])
     report.put(PAGE, "light", text, f"`build/light/bin/python -m tools.bench.light --samples {arguments.samples} --size {arguments.size}`")
     return 0

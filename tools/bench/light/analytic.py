@@ -32,7 +32,7 @@ def floor(tilt_deg: float = 0.0) -> Primitive:
 def seen(surface: Primitive, lights: list[Light], sky: float, ground: float) -> tuple[float, float]:
     """Light of the picture's middle: of a Lambert surface, and of glTF's."""
     exported = Exported([surface], lights, np.full(3, sky), np.full(3, ground), np.zeros(3), exposure=1.0, glow=1.0)
-    pictures = [Reference(exported, DOWN, is_lambert=is_lambert).layers(256, 1).whole for is_lambert in (True, False)]
+    pictures = [Reference(exported, DOWN, is_lambert=is_lambert).light(256, 1) for is_lambert in (True, False)]
     return float(pictures[0][14:19, 14:19].mean()), float(pictures[1][14:19, 14:19].mean())
 
 

@@ -1,9 +1,8 @@
-"""How far a picture is from the reference: PSNR, SSIM, FLIP, and how much of the error each part of the light makes."""
+"""How far a picture is from the reference: PSNR, SSIM, FLIP."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -41,12 +40,13 @@ def noise(halves: tuple[np.ndarray, np.ndarray]) -> float:
     return float(np.sqrt(np.mean((halves[0] - halves[1]) ** 2)) / 2)
 
 
-def score(picture: np.ndarray, halves: tuple[np.ndarray, np.ndarray], is_lamp: np.ndarray) -> Score:
-    """`picture` and halves: HxWx3 codes 0 to 255; is_lamp: beside_lamps(). SSIM and FLIP see the noise of the halves' mean; PSNR does not."""
+def score(picture: np.ndarray, halves: tuple[np.ndarray, np.ndarray], clean: tuple[np.ndarray, np.ndarray], is_lamp: np.ndarray) -> Score:
+    """`picture`, halves of the reference, and `clean`, the same denoised, whose mean SSIM and FLIP are against: HxWx3 codes 0 to 255;
+    is_lamp: beside_lamps()."""
     import flip_evaluator
     from skimage.metrics import structural_similarity
 
-    mean = (halves[0] + halves[1]) / 2
+    mean = (clean[0] + clean[1]) / 2
     flip = flip_evaluator.evaluate((mean / 255).astype(np.float32), (picture / 255).astype(np.float32), "LDR")[1]
     ssim = structural_similarity(mean, picture, channel_axis=2, data_range=255, gaussian_weights=True, sigma=1.5, use_sample_covariance=False)
     others = decibels(mean_square(picture[~is_lamp], (halves[0][~is_lamp], halves[1][~is_lamp])))
@@ -58,21 +58,3 @@ def best_factor(picture: np.ndarray, reference: np.ndarray, *, is_toned: bool = 
     ours, light = export.light_of(picture, is_toned=is_toned).mean(axis=2), reference.mean(axis=2)
     is_told = (picture.max(axis=2) < 250) & (light > 0.01)
     return float(np.median(ours[is_told] / light[is_told]))
-
-
-def mended(ours: np.ndarray, ours_sky: np.ndarray, layers: tuple[Any, Any], exposure: float, *, is_toned: bool = False) -> list[tuple[str, float]]:
-    """PSNR as one part of our light after the other is replaced by the reference's, all that came before with it. `ours`, `ours_sky`:
-    linear light of the whole picture and of that without lights; `layers`: reference.Layers of two halves."""
-    targets = [export.codes(half.whole, exposure, is_toned=is_toned) for half in layers]
-    steps = (
-        ("as it is", lambda half: ours),
-        ("sun", lambda half: half.sun_direct + ours_sky),
-        ("sun bounced", lambda half: half.sun + ours_sky),
-        ("surroundings", lambda half: half.sun + half.seen + half.sky_direct),
-    )
-    found = []
-    for name, light in steps:
-        # Each half against the other: a half's own noise must not pass for agreement.
-        square = np.mean([np.mean((export.codes(light(layers[i]), exposure, is_toned=is_toned) - targets[1 - i]) ** 2) for i in (0, 1)])
-        found.append((name, decibels(float(square))))
-    return found

@@ -96,14 +96,6 @@ def with_people(scene: dict[str, Any], people: tuple[Person, ...]) -> dict[str, 
     return scene | {"actors": actors}
 
 
-def without_lights(scene: dict[str, Any], exported: Exported) -> dict[str, Any]:
-    """The still scene in its ambient light alone, without a tone curve: daylight would bring its sun along."""
-    environment = {key: value for key, value in scene.get("environment", {}).items() if key != "daylight"}
-    if exported.daylight is not None:
-        environment |= {"ambient": {"sky": exported.sky.tolist(), "ground": exported.ground.tolist()}, "background": exported.background.tolist()}
-    return scene | {"environment": environment, "lights": []}
-
-
 def read(scene: dict[str, Any], folder: Path) -> Exported:
     """`scene` as still() gives it; `folder`: of the shipped scenes. ValueError says what cannot be told to a path tracer."""
     environment = scene.get("environment", {})

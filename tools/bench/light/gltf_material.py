@@ -76,6 +76,10 @@ class GltfMaterial(mi.BSDF):
         is_good = active & (made.pdf > 0)
         return made, dr.select(is_good, value / dr.maximum(made.pdf, 1e-30), 0)
 
+    def eval_diffuse_reflectance(self, si: Any, active: Any = True) -> Any:
+        """The file's colour, of metal too: what guides a denoiser."""
+        return self.base.eval(si, active)
+
     def traverse(self, callback: Any) -> None:
         callback.put("base_color", self.base, mi.ParamFlags.Differentiable)
 

@@ -11,12 +11,12 @@ import ctypes.util
 import io
 import math
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import mitsuba as mi
 import numpy as np
+import pyoidn
 from PIL import Image
 
 from .export import Exported, Eye, Light
@@ -24,10 +24,12 @@ from .gltf import Material, Primitive
 
 mi.set_variant("llvm_ad_rgb" if ctypes.util.find_library("LLVM") or list(Path("/usr/lib").glob("*/libLLVM*.so*")) else "scalar_rgb")
 
-#: Bounces after which a path ends; what is left is below 4 % of the bounced light where nothing reflects more than two thirds.
-BOUNCES = 8
+#: Bounces after which a path ends: in the hall twice as many add a code in a hundred places and a third of one elsewhere.
+BOUNCES = 16
 #: Samples a pixel of one pass.
 PART = 64
+#: Samples a pixel of what guides the denoiser.
+GUIDE = 256
 #: Rows of the environment picture: the horizon is a row of 0.35 degrees.
 SKY_ROWS = 512
 
@@ -59,21 +61,6 @@ mi.register_texture("camrig_product", lambda properties: _Product(properties))
 from . import gltf_material  # noqa: E402, F401  (registers camrig_gltf, of the variant that is set)
 
 
-@dataclass(frozen=True)
-class Layers:
-    """HxWx3 linear light in camrig's units, of one seed. The whole picture is seen + sun + sky."""
-
-    seen: np.ndarray  #: emitters and background as the camera sees them
-    sun_direct: np.ndarray
-    sun: np.ndarray  #: with all bounces; lamps with an intensity are in it
-    sky_direct: np.ndarray
-    sky: np.ndarray  #: of the environment and of emitters
-
-    @property
-    def whole(self) -> np.ndarray:
-        return self.seen + self.sun + self.sky
-
-
 class Reference:
     def __init__(self, exported: Exported, eye: Eye, *, is_lambert: bool = False) -> None:
         """`is_lambert`: all surfaces are Lambert's alone, whose answers are known."""
@@ -100,19 +87,21 @@ class Reference:
         self._mask = mi.load_dict({"type": "scene", **sensor, **seen, "environment": {"type": "constant", "radiance": 1.0}})
         self._emitters = mi.load_dict({"type": "scene", **sensor, **seen, "environment": {"type": "constant", "radiance": 0.0}})
 
-    def layers(self, samples: int, seed: int) -> Layers:
-        """`samples` a pixel; other seeds give independent noise."""
+    def light(self, samples: int, seed: int) -> np.ndarray:
+        """HxWx3 linear light in camrig's units, `samples` a pixel; other seeds give independent noise."""
         # Emission alone, before and behind the environment of 1: equal seeds begin with equal camera rays, so differences have no noise.
         behind = self._render(self._sky, samples, seed, 1)
         emitters = self._render(self._emitters, samples, seed, 1)
         open_share = self._render(self._mask, samples, seed, 1) - emitters
-        return Layers(
-            seen=emitters + open_share * self.exported.background,
-            sun_direct=self._render(self._sun, samples, seed + 1, 2) if self.exported.lights else np.zeros_like(behind),
-            sun=self._render(self._sun, samples, seed + 2, BOUNCES) if self.exported.lights else np.zeros_like(behind),
-            sky_direct=self._render(self._sky, samples, seed, 2) - behind,
-            sky=self._render(self._sky, samples, seed, BOUNCES) - behind,
-        )
+        light = emitters + open_share * self.exported.background + self._render(self._sky, samples, seed, BOUNCES) - behind
+        return light + self._render(self._sun, samples, seed + 1, BOUNCES) if self.exported.lights else light
+
+    def denoised(self, light: np.ndarray) -> np.ndarray:
+        """What Open Image Denoise makes of light(): guided by colours and normals of the surfaces that are seen, which have no noise of light."""
+        integrator = mi.load_dict({"type": "aov", "aovs": "colour:albedo,normal:sh_normal"})
+        guides = np.array(mi.render(self._sky, integrator=integrator, spp=GUIDE, seed=1), np.float32)
+        colour, normal = np.ascontiguousarray(guides[..., :3]), np.ascontiguousarray(guides[..., 3:6])
+        return pyoidn.denoise(light.astype(np.float32), np.clip(colour, 0, 1), normal, hdr=True, clean_aux=True).astype(float)
 
     def depth(self) -> np.ndarray:
         """HxW metres along the axis, through pixel centres; infinite where nothing is. Masked surfaces count where they are."""
