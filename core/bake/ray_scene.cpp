@@ -10,6 +10,7 @@
 #endif
 
 #include "core/render/scene/placement.h"
+#include "core/render/surface_tables.h"
 
 namespace camrig::bake {
 namespace {
@@ -20,6 +21,13 @@ using render::scene::PlacedSurface;
 constexpr int max_passed = 24;
 /// Metres before the next surface is looked for.
 constexpr float step_m = 1e-4f;
+
+/// What both sides of a pane do not mirror, back and forth between them, of light at that cosine.
+float through_pane(float cosine) {
+    const float away = 1.0f - std::min(cosine, 1.0f), away2 = away * away;
+    const float mirrored = render::dielectric_f0 + (1.0f - render::dielectric_f0) * away2 * away2 * away;
+    return (1.0f - mirrored) / (1.0f + mirrored);
+}
 
 RaySurface surface_of(const render::scene::PlacedScene& scene, const PlacedSurface& placed) {
     const world::Primitive& primitive = *placed.primitive->source;
@@ -146,6 +154,10 @@ std::optional<RayHit> RayScene::first_hit(Ray ray, float& through) const {
             if (alpha >= material.alpha_cutoff) return hit;
         } else {
             through *= 1.0f - alpha;
+            if (material.transmission > 0.0f) {
+                const glm::vec3 side = surfaces_[hit->surface].side_of(hit->triangle);
+                through *= through_pane(std::abs(glm::dot(side, ray.along)));
+            }
         }
         ray.from = ray.from + ray.along * (hit->distance + step_m);
         ray.length -= hit->distance + step_m;

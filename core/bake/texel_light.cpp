@@ -5,6 +5,7 @@
 
 #include "core/bake/ray_sampling.h"
 #include "core/render/software/lambert.h"
+#include "core/render/surface_tables.h"
 
 namespace camrig::bake {
 namespace {
@@ -24,6 +25,8 @@ constexpr int lamp_rays_of_place = 4;
 /// this.
 constexpr int rays_of_side = 64;
 constexpr float seen_from_m = 3.0f;
+/// No surface sends on all of what it gets: between two of those light would never end.
+constexpr float most_sent_on = 0.98f;
 /// A bounce that adds no more than this to any layer is the last.
 constexpr double settled_share = 0.003;
 
@@ -50,6 +53,26 @@ LitSide lit_side(const MapPlace& place, const glm::vec3& towards, float front_sh
     const float cosine = glm::dot(place.normal, towards);
     if (glm::dot(place.side, towards) > 0.0f) return {place.side, cosine * front_share};
     return {-place.side, -cosine * (1.0f - front_share)};
+}
+
+/// What of the light that comes to a surface from all around leaves it for a view at that cosine, as it is drawn: of
+/// its color, and of everything.
+struct SentOn {
+    float of_color, of_all;
+};
+SentOn sent_on(const world::Material& material, float cosine) {
+    static const std::vector<glm::vec2> reflectance = render::make_reflectance_table();
+    constexpr int side = render::table_side;
+    const float column = glm::clamp(cosine, 0.0f, 1.0f) * (side - 1);
+    const float row = glm::clamp(material.roughness, 0.0f, 1.0f) * (side - 1);
+    const int left = std::min(static_cast<int>(column), side - 2), upper = std::min(static_cast<int>(row), side - 2);
+    const auto at = [&](int y) {
+        const auto* const first = &reflectance[static_cast<std::size_t>(y * side + left)];
+        return glm::mix(first[0], first[1], column - static_cast<float>(left));
+    };
+    const glm::vec2 of_f0 = glm::mix(at(upper), at(upper + 1), row - static_cast<float>(upper));
+    const float mirrored = render::dielectric_f0 * of_f0.x + of_f0.y;
+    return {glm::mix(render::share_of_base(cosine), 1.0f, material.metallic), (1.0f - material.metallic) * mirrored};
 }
 
 }  // namespace
@@ -114,16 +137,15 @@ glm::vec3 TexelLight::of_area_lamps(const MapPlace& place, float front_share, co
 void TexelLight::find_direct() {
     constexpr int points = 4;
     const auto& texels = map_.texels();
-    for (auto* const all : {&direct_, &light_, &radiance_})
+    for (auto* const all : {&direct_, &light_, &arriving_})
         all->assign(sources_.size(), std::vector<glm::vec3>(texels.size()));
-    albedo_.resize(texels.size());
+    colors_.resize(texels.size());
     front_shares_.resize(texels.size());
     is_open_.resize(texels.size());
     places_.resize(texels.size());
     sides_m_.resize(texels.size());
     team_.run(texels.size(), 0.02, BakeTeam::usual_block, [&](std::size_t i) {
         const MapTexel& texel = texels[i];
-        const world::Material& material = *scene_.surfaces()[texel.surface].material;
         const glm::vec2 shift = shift_of(1, texel.index);
         front_shares_[i] = front_share(texel);
         places_[i] = map_.place(texel);
@@ -131,10 +153,7 @@ void TexelLight::find_direct() {
         for (int k = 0; k < points; ++k) {
             const MapPlace place = map_.place(texel, spread_point(k, shift) - 0.5f);
             const glm::vec3 base(scene_.base_color(texel.surface, texel.triangle, place.shares));
-            // What is mirrored goes on too: a twenty-fifth of all, and of metals their colour.
-            albedo_[i] += glm::clamp(base * (0.96f + 0.04f * material.metallic) + 0.04f * (1.0f - material.metallic),
-                                     0.0f, 0.98f) /
-                          static_cast<float>(points);
+            colors_[i] += glm::clamp(base, 0.0f, 1.0f) / static_cast<float>(points);
             for (std::size_t layer = 0; layer < sources_.size(); ++layer)
                 for (const std::size_t lamp : sources_[layer].lamps)
                     direct_[layer][i] += direct(place, lamp, front_shares_[i]) / static_cast<float>(points);
@@ -158,9 +177,15 @@ TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaL
         met.side = surface.side_of(hit->triangle);
         return met;
     }
-    const std::int32_t texel = map_.texel_at(*hit);
+    const std::int32_t number = map_.texel_at(*hit);
+    const auto texel = static_cast<std::size_t>(std::max(number, 0));
+    glm::vec3 sent_on_of_it(0.0f);
+    if (number >= 0) {
+        const SentOn sent = sent_on(*surface.material, std::abs(glm::dot(surface.side_of(hit->triangle), ray.along)));
+        sent_on_of_it = through * glm::min(colors_[texel] * sent.of_color + sent.of_all, most_sent_on);
+    }
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
-        if (texel >= 0) sum[layer] += radiance_[layer][static_cast<std::size_t>(texel)] * through;
+        if (number >= 0) sum[layer] += arriving_[layer][texel] * sent_on_of_it;
         if (layer == glow_layer_ && (lamps == AreaLampsCount::yes || !AreaLamps::is_lamp(surface)))
             sum[layer] += scene_.glow(hit->surface, hit->triangle, hit->shares) * through;
     }
@@ -229,10 +254,9 @@ bool TexelLight::gather_all(int rays, std::uint64_t stream, double share) {
     });
 }
 
-void TexelLight::find_radiance() {
+void TexelLight::find_arriving() {
     for (std::size_t layer = 0; layer < sources_.size(); ++layer)
-        for (std::size_t i = 0; i < albedo_.size(); ++i)
-            radiance_[layer][i] = albedo_[i] * (light_[layer][i] + direct_[layer][i]);
+        for (std::size_t i = 0; i < colors_.size(); ++i) arriving_[layer][i] = light_[layer][i] + direct_[layer][i];
 }
 
 /// Charts that only lie beside each other in the map are other rooms.
@@ -301,14 +325,14 @@ bool TexelLight::bounce_all(double share) {
     const int done = options_.checkpoint != nullptr ? options_.checkpoint->resume(light_) : 0;
     const double part = share / std::max(1, options_.bounces), end = team_.done() + share;
     team_.set_done(team_.done() + part * std::min(done, options_.bounces));
-    find_radiance();
+    find_arriving();
     bool is_settled = false;
     for (int bounce = done; bounce < options_.bounces && !is_settled; ++bounce) {
         std::vector<double> before(sources_.size());
         for (std::size_t layer = 0; layer < before.size(); ++layer) before[layer] = total(layer);
         if (!gather_all(options_.coarse_rays, 100 + 2 * static_cast<std::uint64_t>(bounce), part)) return false;
         mend_insides();
-        find_radiance();
+        find_arriving();
         is_settled = true;
         for (std::size_t layer = 0; layer < before.size(); ++layer)
             is_settled = is_settled && std::abs(total(layer) - before[layer]) <= settled_share * before[layer];
@@ -327,7 +351,7 @@ bool TexelLight::solve() {
     if (!bounce_all(part * coarse)) return false;
     if (!gather_all(options_.rays, 10, part * fine)) return false;
     mend_insides();
-    find_radiance();
+    find_arriving();
     smooth();
     return true;
 }

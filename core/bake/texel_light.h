@@ -60,7 +60,7 @@ private:
     /// False: all of that texel is inside of something.
     bool gather(std::size_t number, int rays, std::uint64_t stream, Gathered& sum) const;
     bool gather_all(int rays, std::uint64_t stream, double share);
-    void find_radiance();
+    void find_arriving();
     double total(std::size_t layer) const;
     bool bounce_all(double share);
     bool are_beside(std::size_t one, std::size_t other, int dx, int dy) const;
@@ -76,9 +76,9 @@ private:
     BakeTeam& team_;
     AreaLamps area_lamps_;
     std::size_t glow_layer_ = 0;
-    std::vector<glm::vec3> albedo_;                                  ///< by texel
+    std::vector<glm::vec3> colors_;                                  ///< by texel
     std::vector<float> front_shares_;                                ///< by texel
-    std::vector<std::vector<glm::vec3>> direct_, light_, radiance_;  ///< by layer and texel
+    std::vector<std::vector<glm::vec3>> direct_, light_, arriving_;  ///< by layer and texel
     std::vector<MapPlace> places_;                                   ///< by texel: its middle
     std::vector<float> sides_m_;                                     ///< by texel
     std::vector<std::uint8_t> is_open_;                              ///< by texel: not inside of something

@@ -49,7 +49,9 @@ std::vector<glm::vec2> make_reflectance_table() {
     std::vector<glm::vec2> table;
     for (int row = 0; row < table_side; ++row) {
         const double alpha = alpha_of(row);
-        const double k = 0.5 * alpha;
+        const auto passed = [a2 = alpha * alpha](double cosine) {
+            return 2.0 * cosine / (cosine + std::sqrt(a2 + (1.0 - a2) * cosine * cosine));
+        };
         for (int column = 0; column < table_side; ++column) {
             const double nv = std::max(static_cast<double>(column) / (table_side - 1), 1e-3);
             const glm::dvec3 v(std::sqrt(1.0 - nv * nv), 0.0, nv);
@@ -59,8 +61,7 @@ std::vector<glm::vec2> make_reflectance_table() {
                 const double vh = glm::dot(v, h);
                 const double nl = 2.0 * vh * h.z - v.z;
                 if (!(nl > 0.0)) continue;
-                const double visibility = nl * nv / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
-                const double weight = visibility * vh / (h.z * nv);
+                const double weight = passed(nl) * passed(nv) * vh / (h.z * nv);
                 const double away = 1.0 - vh, fresnel = away * away * (away * away) * away;
                 scale += (1.0 - fresnel) * weight;
                 bias += fresnel * weight;

@@ -120,7 +120,7 @@ def test_a_light_of_another_state_is_told_and_left_alone(room, tmp_path):
     stale, _ = pictures(scene)
     (tmp_path / "room.light").unlink()
     assert (stale == pictures(scene)[0]).all()
-    (tmp_path / "room.light").write_bytes(b"camrig light 3\nnothing")
+    (tmp_path / "room.light").write_bytes(b"camrig light 4\nnothing")
     assert (stale == pictures(scene)[0]).all()
     assert "room.light: " in bake(scene, "--check", code=1).stderr
 

@@ -81,8 +81,13 @@ struct Surface {
     float alpha;
 };
 
-// Cook-Torrance with GGX, Smith-Schlick visibility and Schlick's Fresnel over a Lambert base, times pi because Lambert's
-// 1/pi is folded into the lights (glTF 2.0, appendix B).
+// Of one direction, whose cosine to the normal is given.
+float smith_visibility(float cosine, float a2) {
+    return 1.0 / (cosine + sqrt(a2 + (1.0 - a2) * cosine * cosine));
+}
+
+// Cook-Torrance with GGX, Smith's visibility and Schlick's Fresnel over a Lambert base, times pi because Lambert's 1/pi is
+// folded into the lights (glTF 2.0, appendix B).
 vec3 shade_one(Surface s, vec3 l, vec3 radiance) {
     float nl = dot(s.normal, l);
     if (nl <= 0.0) return vec3(0.0);
@@ -90,8 +95,7 @@ vec3 shade_one(Surface s, vec3 l, vec3 radiance) {
     float nv = max(dot(s.normal, s.view), 1e-4), nh = max(dot(s.normal, h), 0.0), vh = max(dot(s.view, h), 0.0);
     float a2 = s.alpha * s.alpha;
     float d = nh * nh * (a2 - 1.0) + 1.0;
-    float k = 0.5 * s.alpha;
-    float visibility = 0.25 / ((nl * (1.0 - k) + k) * (nv * (1.0 - k) + k));
+    float visibility = smith_visibility(nl, a2) * smith_visibility(nv, a2);
     float away = 1.0 - vh, away2 = away * away;
     vec3 fresnel = s.f0 + (1.0 - s.f0) * (away2 * away2 * away);
     return radiance * nl * (s.diffuse * (1.0 - fresnel) + fresnel * s.gain * (a2 / (d * d) * visibility));
@@ -99,6 +103,13 @@ vec3 shade_one(Surface s, vec3 l, vec3 radiance) {
 
 float mean(vec3 v) {
     return (v.r + v.g + v.b) / 3.0;
+}
+
+// What of light from all around comes through a dielectric's surface to its base: the mean of 1 - Fresnel's share at the
+// half vectors, fitted within 0.0003; as in surface_tables.h.
+float share_of_base(float view_cosine) {
+    float away = 1.0 - view_cosine, away2 = away * away;
+    return 0.96 * (1.0 - away2 * (0.0169 + 0.0111 * away2));
 }
 
 vec2 table_place(float cosine, float roughness) {
@@ -198,7 +209,7 @@ void main() {
     // hides it from its mirror image too, the more the rougher.
     mirrored *= clamp(pow(nv + occlusion, exp2(-16.0 * roughness - 1.0)) - 1.0 + occlusion, 0.0, 1.0);
 #endif
-    vec3 color = s.diffuse * (1.0 - mirror) * around * occlusion + mirror * mirrored;
+    vec3 color = s.diffuse * share_of_base(nv) * around * occlusion + mirror * mirrored;
     color *= open_share(in_object, position, geometric);
 #if DIRECTIONAL_LIGHTS > 0
     for (int i = 0; i < DIRECTIONAL_LIGHTS; ++i) {

@@ -55,14 +55,22 @@ float seen_distance(int probe, vec3 direction) {
     return 1.0 / max(mix(upper, lower, at.part.y), 1e-5) - 1.0;
 }
 
-// Light that a probe sees where a ray ends, which begins elsewhere than the probe stands: its distances say where.
-vec3 probe_light(int probe, vec3 from_probe, vec3 ray, int level, float rougher) {
+// Light that a probe sees where a ray ends, which begins elsewhere than the probe stands: its distances say where. What
+// is near is spread over less of itself than the probe, which is farther away, has it (Lagarde and de Rousiers, Moving
+// Frostbite to physically based rendering, 2014).
+vec3 probe_light(int probe, vec3 from_probe, vec3 ray, float roughness) {
     vec3 direction = ray;
+    float farther = 1.0;
     for (int i = 0; i < 2; ++i) {
         float ray_length = max(dot(direction * seen_distance(probe, direction) - from_probe, ray), 1e-3);
         direction = from_probe + ray * ray_length;
-        direction *= inversesqrt(max(dot(direction, direction), 1e-30));
+        float inverse = inversesqrt(max(dot(direction, direction), 1e-30));
+        direction *= inverse;
+        farther = ray_length * inverse;
     }
+    float at = min(roughness * farther / ROUGHNESS_OF_LEVEL, REFLECTION_LEVELS - 1.0);
+    int level = int(min(floor(at), REFLECTION_LEVELS - 2.0));
+    float rougher = at - float(level);
     return mix(level_light(probe, level, direction), level_light(probe, level + 1, direction), rougher);
 }
 
@@ -90,12 +98,10 @@ vec3 light_along(vec3 position, vec3 ray, float roughness) {
     float share = nearly * nearly * (1.5 - nearly);
 
     vec3 along = in_world(ray);
-    float at = min(roughness / ROUGHNESS_OF_LEVEL, REFLECTION_LEVELS - 1.0);
-    float level = min(floor(at), REFLECTION_LEVELS - 2.0), rougher = at - level;
-    vec3 light = probe_light(first, in_world(position - reflections.places[first].xyz), along, int(level), rougher);
+    vec3 light = probe_light(first, in_world(position - reflections.places[first].xyz), along, roughness);
     if (share > 0.0) {
         vec3 from_second = in_world(position - reflections.places[second].xyz);
-        light = mix(light, probe_light(second, from_second, along, int(level), rougher), share);
+        light = mix(light, probe_light(second, from_second, along, roughness), share);
     }
     return light * reflections.gain.rgb;
 }

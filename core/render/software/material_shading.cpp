@@ -94,18 +94,23 @@ struct SurfaceResponse {
     Lanes3 normal, view, diffuse, f0;
     Lanes3 gain;  ///< gives back what microfacets lose among each other (Turquin 2019)
     Lanes alpha, view_cosine;
+    Lanes view_visibility;  ///< the view's factor of Smith's visibility term
 };
 
-/// Cook-Torrance with GGX, Smith-Schlick visibility and Schlick's Fresnel over a Lambert base, times pi because
-/// Lambert's 1/pi is folded into the lights (glTF 2.0, appendix B). cosine: of the angle between normal and light,
+/// Of one direction, whose cosine to the normal is given.
+CAMRIG_LANES Lanes smith_visibility(Lanes cosine, Lanes a2) {
+    return 1.0f / (cosine + sqrt(a2 + (1.0f - a2) * cosine * cosine));
+}
+
+/// Cook-Torrance with GGX, Smith's visibility and Schlick's Fresnel over a Lambert base, times pi because Lambert's
+/// 1/pi is folded into the lights (glTF 2.0, appendix B). cosine: of the angle between normal and light,
 /// where it is positive.
 CAMRIG_LANES Lanes3 reflected(const SurfaceResponse& s, const Lanes3& towards, Lanes cosine) {
     const Lanes3 half = unit(s.view + towards);
     const Lanes nh = max(dot(s.normal, half), Lanes{}), vh = max(dot(s.view, half), Lanes{});
     const Lanes a2 = s.alpha * s.alpha;
     const Lanes d = nh * nh * (a2 - 1.0f) + 1.0f;
-    const Lanes k = 0.5f * s.alpha, rest = 1.0f - k;
-    const Lanes visibility = 0.25f / ((cosine * rest + k) * (max(s.view_cosine, lanes(1e-4f)) * rest + k));
+    const Lanes visibility = smith_visibility(max(cosine, Lanes{}), a2) * s.view_visibility;
     const Lanes away = 1.0f - vh, away2 = away * away;
     const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
     const Lanes3 fresnel = s.f0 + (one - s.f0) * (away2 * away2 * away);
@@ -148,6 +153,14 @@ CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, L
     const Lanes3 share = (s.f0 * scale + Lanes3{bias, bias, bias}) * s.gain;
     // The unclamped cosine: a view from below a bent normal is reflected like any other.
     const Lanes3 ray = s.normal * (2.0f * dot(s.normal, s.view)) - s.view;
+    // Where images are to be seen in it, it is what is there.
+    constexpr float roughest = world::reflection_levels.back().roughness, fading = 0.1f;
+    const Lanes sharp = geometry.baked() == nullptr || geometry.reflections() == nullptr
+                            ? Lanes{}
+                            : clamp01((roughest - roughness) * (1.0f / fading));
+    Lanes3 images{};
+    if (Isa::bits(sharp > 0.0f) != 0) images = light_along<Isa>(*geometry.reflections(), position, ray, roughness);
+    if (Isa::bits(sharp < 1.0f) == 0) return {share, images};
     const Lanes height = dot(ray, splat(light.up));
     const Lanes sky = looked_up<Isa>(tables.sky.data(), table_place(0.5f + 0.5f * height, roughness));
     const Lanes3 around = splat(light.ground) + splat(light.sky - light.ground) * sky;
@@ -161,12 +174,7 @@ CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, L
     };
     mirror.light =
         arriving * Lanes3{part(mirror.light.x, open.x), part(mirror.light.y, open.y), part(mirror.light.z, open.z)};
-    // Where images are to be seen in it, it is what is there.
-    constexpr float roughest = world::reflection_levels.back().roughness, fading = 0.1f;
-    if (geometry.reflections() == nullptr || Isa::bits(roughness < roughest) == 0) return mirror;
-    const Lanes sharp = clamp01((roughest - roughness) * (1.0f / fading));
-    mirror.light =
-        mirror.light * (1.0f - sharp) + light_along<Isa>(*geometry.reflections(), position, ray, roughness) * sharp;
+    mirror.light = mirror.light * (1.0f - sharp) + images * sharp;
     return mirror;
 }
 
@@ -215,10 +223,11 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
     s.view = unit(position) * lanes(-1.0f);
     s.view_cosine = clamp01(dot(s.normal, s.view));
     s.alpha = max(roughness * roughness, lanes(0.002f));
+    s.view_visibility = smith_visibility(max(s.view_cosine, lanes(1e-4f)), s.alpha * s.alpha);
     s.diffuse = base.rgb * (1.0f - metallic);
     const bool is_glass = material.transmission > 0.0f;
     if (is_glass) s.diffuse = s.diffuse * base.a;
-    const Lanes dielectric = 0.04f * (1.0f - metallic);
+    const Lanes dielectric = dielectric_f0 * (1.0f - metallic);
     s.f0 = Lanes3{dielectric, dielectric, dielectric} + base.rgb * metallic;
 
     const Lanes3 around = light_around<Isa>(geometry, draw, points, s.normal);
@@ -235,8 +244,7 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
         const Lanes power = exp2_of(exp2_of(-16.0f * roughness - 1.0f) * log2_of(seen));
         mirror.light = mirror.light * clamp01(power - 1.0f + occlusion);
     }
-    const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
-    Lanes3 sum = s.diffuse * (one - mirror.share) * around * occlusion + mirror.share * mirror.light;
+    Lanes3 sum = s.diffuse * around * (share_of_base(s.view_cosine) * occlusion) + mirror.share * mirror.light;
     if (geometry.bodies() != nullptr)
         sum = sum * open_share<Isa>(*geometry.bodies(), draw.placed->object->id, has_movers, position, geometric);
     // Lamps are in baked light.

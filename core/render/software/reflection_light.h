@@ -59,14 +59,20 @@ CAMRIG_LANES Lanes3 level_light(const scene::ReflectionMaps& maps, IntLanes prob
     });
 }
 
-/// Which way a probe sees what a ray meets. The probe stands elsewhere: its distances say where the ray ends.
+/// Which way a probe sees what a ray meets, and how much farther that is from where the ray begins than from the probe.
+struct SeenPlace {
+    Lanes3 direction;
+    Lanes farther;
+};
+/// The probe stands elsewhere: its distances say where the ray ends.
 template <typename Isa>
-CAMRIG_LANES Lanes3 seen_from(const scene::ReflectionMaps& maps, IntLanes probe, const Lanes3& from_probe,
+CAMRIG_LANES SeenPlace seen_from(const scene::ReflectionMaps& maps, IntLanes probe, const Lanes3& from_probe,
                               const Lanes3& ray) {
     constexpr int steps = 2;
     constexpr float least_m = 1e-3f, least_nearness = 1e-5f;
     const Lanes sides = lanes(world::nearness_side);
     Lanes3 direction = ray;
+    Lanes farther = lanes(1.0f);
     for (int i = 0; i < steps; ++i) {
         SquarePlace at = square_place(direction, sides);
         at.first += probe * scene::bordered_texels(world::nearness_side);
@@ -76,9 +82,11 @@ CAMRIG_LANES Lanes3 seen_from(const scene::ReflectionMaps& maps, IntLanes probe,
         const Lanes distance = 1.0f / max(nearness, lanes(least_nearness)) - 1.0f;
         const Lanes length = max(dot(direction * distance - from_probe, ray), lanes(least_m));
         direction = from_probe + ray * length;
-        direction = direction * (1.0f / sqrt(max(dot(direction, direction), lanes(1e-30f))));
+        const Lanes inverse = 1.0f / sqrt(max(dot(direction, direction), lanes(1e-30f)));
+        direction = direction * inverse;
+        farther = length * inverse;
     }
-    return direction;
+    return {direction, farther};
 }
 
 /// Light that comes along a ray from the surroundings of places, both in the optical frame, as a surface of that
@@ -110,15 +118,17 @@ CAMRIG_LANES Lanes3 light_along(const scene::ReflectionsInView& view, const Lane
     };
     const Lanes3 along = in_world(ray);
     constexpr auto last = static_cast<float>(world::reflection_levels.size() - 1);
-    const Lanes at = min(roughness * (1.0f / world::roughness_of_level), lanes(last));
-    const Lanes level = min(floor(at), lanes(last - 1.0f)), rougher = at - level;
     const auto of = [&](IntLanes probe) __attribute__((always_inline)) {
         const Lanes3 from_probe =
             in_world({position.x - gathered<Isa>(xs, probe), position.y - gathered<Isa>(ys, probe),
                       position.z - gathered<Isa>(zs, probe)});
-        const Lanes3 direction = seen_from<Isa>(*view.maps, probe, from_probe, along);
-        return level_light<Isa>(*view.maps, probe, truncated(level), direction) * (1.0f - rougher) +
-               level_light<Isa>(*view.maps, probe, truncated(level) + 1, direction) * rougher;
+        const SeenPlace seen = seen_from<Isa>(*view.maps, probe, from_probe, along);
+        // What is near is spread over less of itself than the probe, which is farther away, has it (Lagarde and de
+        // Rousiers, Moving Frostbite to physically based rendering, 2014).
+        const Lanes at = min(roughness * seen.farther * (1.0f / world::roughness_of_level), lanes(last));
+        const Lanes level = min(floor(at), lanes(last - 1.0f)), rougher = at - level;
+        return level_light<Isa>(*view.maps, probe, truncated(level), seen.direction) * (1.0f - rougher) +
+               level_light<Isa>(*view.maps, probe, truncated(level) + 1, seen.direction) * rougher;
     };
     Lanes3 light = of(first);
     if (Isa::bits(share > 0.0f) != 0) light = light * (1.0f - share) + of(second) * share;

@@ -11,7 +11,7 @@
 
 #include "core/base/json_reader.h"
 #include "core/world/baked/baked_light_header.h"
-#include "core/world/baked/light_texels.h"
+#include "core/world/baked/light_bytes.h"
 #include "core/world/gltf/failure.h"
 #include "core/world/gltf/resources.h"
 
@@ -21,7 +21,7 @@ namespace {
 // A line, the length of a JSON text, the text, and then parts that are compressed each by itself: cuts of the models
 // that are cut, which probes are open, how near reflection probes see things, and of each layer its texels, its probes
 // and its reflections.
-constexpr std::string_view magic = "camrig light 3\n";
+constexpr std::string_view magic = "camrig light 4\n";
 constexpr std::size_t max_header_bytes = std::size_t{16} << 20;
 constexpr std::size_t max_part_bytes = std::size_t{512} << 20;
 
@@ -106,30 +106,6 @@ void take_values(std::span<const std::byte>& from, std::size_t count, std::vecto
     from = from.subspan(count * sizeof(T));
 }
 
-constexpr std::size_t floats_of_probe = 12;
-
-std::vector<float> floats_of(const std::vector<LightProbe>& probes) {
-    std::vector<float> made;
-    for (const LightProbe& probe : probes) {
-        for (glm::length_t c = 0; c < 3; ++c) made.push_back(probe.mean[c]);
-        for (glm::length_t i = 0; i < 3; ++i)
-            for (glm::length_t c = 0; c < 3; ++c) made.push_back(probe.along[i][c]);
-    }
-    return made;
-}
-
-std::vector<LightProbe> probes_of(const std::vector<float>& floats) {
-    std::vector<LightProbe> made;
-    for (std::size_t at = 0; at + floats_of_probe <= floats.size(); at += floats_of_probe) {
-        LightProbe& probe = made.emplace_back();
-        std::size_t i = at;
-        for (glm::length_t c = 0; c < 3; ++c) probe.mean[c] = floats[i++];
-        for (glm::length_t axis = 0; axis < 3; ++axis)
-            for (glm::length_t c = 0; c < 3; ++c) probe.along[axis][c] = floats[i++];
-    }
-    return made;
-}
-
 constexpr std::size_t bytes_of_vertex = sizeof(std::uint32_t) + sizeof(glm::vec2);
 
 /// Whether it has the triangles of the file, in its rectangle.
@@ -183,14 +159,9 @@ Result<void> read_layers(Reader& reader, BakedLight& light) {
         const auto texels = reader.take_part(bytes_of_light_texel * static_cast<std::size_t>(light.size.pixels()));
         if (!texels) return std::unexpected(texels.error());
         layer.texels = unpack_light_texels(*texels);
-        const auto probes = reader.take_part(light.grid.size() * floats_of_probe * sizeof(float));
+        const auto probes = reader.take_part(light.grid.size() * bytes_of_light_probe);
         if (!probes) return std::unexpected(probes.error());
-        std::vector<float> floats;
-        left = *probes;
-        take_values(left, light.grid.size() * floats_of_probe, floats);
-        if (!std::ranges::all_of(floats, [](float value) { return std::abs(value) < 1e9f; }))
-            return error(ErrorKind::invalid_argument, "a probe is no number");
-        layer.probes = probes_of(floats);
+        layer.probes = unpack_light_probes(*probes);
         const auto seen = reader.take_part(bytes_of_light_texel * reflections * texels_of_reflection);
         if (!seen) return std::unexpected(seen.error());
         layer.reflections = unpack_light_texels(*seen);
@@ -219,7 +190,7 @@ std::vector<std::byte> encode_baked_light(const BakedLight& light) {
     writer.add_part(bytes_of(light.reflection_probes.nearness));
     for (const LightLayer& layer : light.layers) {
         writer.add_part(pack_light_texels(layer.texels));
-        writer.add_part(bytes_of(floats_of(layer.probes)));
+        writer.add_part(pack_light_probes(layer.probes));
         writer.add_part(pack_light_texels(layer.reflections));
     }
     return writer.take();

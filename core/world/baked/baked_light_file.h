@@ -15,7 +15,7 @@ namespace camrig::world {
 inline constexpr const char* baked_light_ending = ".light";
 inline constexpr std::size_t max_baked_light_bytes = std::size_t{256} << 20;  ///< of a file
 
-/// Light as bytes. Texels keep 1/180 of their value, from 2^-14 to 2^16.
+/// Light as bytes, as core/world/baked/light_bytes.h keeps it.
 std::vector<std::byte> encode_baked_light(const BakedLight& light);
 
 /// Checked against the scene that it is for, whose models are uncut. Errors: invalid_argument for bytes that are no

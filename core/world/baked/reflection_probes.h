@@ -28,8 +28,8 @@ inline constexpr std::size_t texels_of_reflection = [] {
     for (const ReflectionLevel& level : reflection_levels) sum += static_cast<std::size_t>(level.side * level.side);
     return sum;
 }();
-/// Distances are asked for in a coarser square.
-inline constexpr int nearness_side = 32;
+/// Distances have a square of their own.
+inline constexpr int nearness_side = 64;
 inline constexpr std::size_t texels_of_nearness = std::size_t{nearness_side} * nearness_side;
 
 /// 1 / (1 + d), d: metres to what is seen. Between two of them it goes as pictures do.

@@ -1,0 +1,138 @@
+#include "core/world/baked/light_bytes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include <glm/glm.hpp>
+#include <glm/gtc/packing.hpp>
+
+#include "core/base/portable_math.h"
+
+namespace camrig::world {
+namespace {
+
+/// Light is kept as logarithms: 128 steps a doubling, so that a step is 1/180 of the value.
+constexpr int steps_of_doubling = 128, least_doubling = -14, last_code = 128 * 30;
+
+std::uint16_t code_of(float value) {
+    if (!(value > 0.0f)) return 0;
+    const double at =
+        (portable::log(static_cast<double>(value)) / std::numbers::ln2 - least_doubling) * steps_of_doubling + 1.0;
+    return static_cast<std::uint16_t>(std::clamp(std::lround(at), 0l, long{last_code}));
+}
+float value_of(int code) {
+    static const std::vector<float> values = [] {
+        std::vector<float> made{0.0f};
+        for (int at = 1; at <= last_code; ++at)
+            made.push_back(static_cast<float>(
+                portable::exp(((at - 1.0) / steps_of_doubling + least_doubling) * std::numbers::ln2)));
+        return made;
+    }();
+    return values[static_cast<std::size_t>(std::clamp(code, 0, last_code))];
+}
+
+/// The numbers that a color is kept as: green, and red and blue from there.
+template <std::size_t Count>
+void put_color(const glm::vec3& color, std::array<int, Count>& numbers) {
+    numbers[0] = code_of(color.g);
+    numbers[1] = code_of(color.r) - numbers[0];
+    numbers[2] = code_of(color.b) - numbers[0];
+}
+template <std::size_t Count>
+glm::vec3 color_of(const std::array<int, Count>& numbers) {
+    return {value_of(numbers[0] + numbers[1]), value_of(numbers[0]), value_of(numbers[0] + numbers[2])};
+}
+
+template <std::size_t Count>
+using Numbers = std::array<int, Count>;
+
+/// So many numbers of each of a row of things, by their steps from one thing to the next: of the first number all low
+/// bytes, all high ones, and so on.
+template <std::size_t Count, typename NumbersOf>
+std::vector<std::byte> pack(std::size_t things, const NumbersOf& numbers_of) {
+    std::vector<std::byte> bytes(2 * Count * things);
+    Numbers<Count> last{};
+    for (std::size_t i = 0; i < things; ++i) {
+        const Numbers<Count> now = numbers_of(i);
+        for (std::size_t c = 0; c < Count; ++c) {
+            const int step = now[c] - last[c];
+            const auto folded = static_cast<std::uint16_t>(step >= 0 ? 2 * step : -2 * step - 1);
+            bytes[(2 * c) * things + i] = static_cast<std::byte>(folded & 0xFF);
+            bytes[(2 * c + 1) * things + i] = static_cast<std::byte>(folded >> 8);
+        }
+        last = now;
+    }
+    return bytes;
+}
+
+template <std::size_t Count, typename Take>
+void unpack(std::span<const std::byte> bytes, const Take& take) {
+    const std::size_t things = bytes.size() / (2 * Count);
+    Numbers<Count> last{};
+    for (std::size_t i = 0; i < things; ++i) {
+        for (std::size_t c = 0; c < Count; ++c) {
+            const int folded = std::to_integer<int>(bytes[2 * c * things + i]) |
+                               std::to_integer<int>(bytes[(2 * c + 1) * things + i]) << 8;
+            last[c] += (folded & 1) == 0 ? folded / 2 : -(folded + 1) / 2;
+            last[c] = std::clamp(last[c], -2 * last_code, 2 * last_code);
+        }
+        take(last);
+    }
+}
+
+/// Of a probe: its mean, and then by axis and color how light differs along it.
+constexpr std::size_t numbers_of_texel = bytes_of_light_texel / 2, numbers_of_probe = bytes_of_light_probe / 2;
+constexpr float steps_of_mean = 256.0f, most_of_mean = 8.0f;
+
+}  // namespace
+
+std::vector<std::byte> pack_light_texels(std::span<const std::uint32_t> texels) {
+    return pack<numbers_of_texel>(texels.size(), [&](std::size_t i) {
+        Numbers<numbers_of_texel> numbers;
+        put_color(glm::unpackF3x9_E1x5(texels[i]), numbers);
+        return numbers;
+    });
+}
+
+std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes) {
+    std::vector<std::uint32_t> texels;
+    texels.reserve(bytes.size() / bytes_of_light_texel);
+    unpack<numbers_of_texel>(bytes,
+                             [&](const auto& numbers) { texels.push_back(glm::packF3x9_E1x5(color_of(numbers))); });
+    return texels;
+}
+
+std::vector<std::byte> pack_light_probes(std::span<const LightProbe> probes) {
+    return pack<numbers_of_probe>(probes.size(), [&](std::size_t i) {
+        Numbers<numbers_of_probe> numbers{};
+        const LightProbe& probe = probes[i];
+        put_color(probe.mean, numbers);
+        for (glm::length_t axis = 0; axis < 3; ++axis)
+            for (glm::length_t c = 0; c < 3; ++c) {
+                if (!(probe.mean[c] > 0.0f)) continue;
+                const float share = std::clamp(probe.along[axis][c] / probe.mean[c], -most_of_mean, most_of_mean);
+                numbers[static_cast<std::size_t>(3 + 3 * axis + c)] =
+                    static_cast<int>(std::lround(share * steps_of_mean));
+            }
+        return numbers;
+    });
+}
+
+std::vector<LightProbe> unpack_light_probes(std::span<const std::byte> bytes) {
+    std::vector<LightProbe> probes;
+    probes.reserve(bytes.size() / bytes_of_light_probe);
+    unpack<numbers_of_probe>(bytes, [&](const auto& numbers) {
+        LightProbe& probe = probes.emplace_back();
+        probe.mean = color_of(numbers);
+        for (glm::length_t axis = 0; axis < 3; ++axis)
+            for (glm::length_t c = 0; c < 3; ++c) {
+                const auto steps = static_cast<float>(numbers[static_cast<std::size_t>(3 + 3 * axis + c)]);
+                probe.along[axis][c] = probe.mean[c] * std::clamp(steps / steps_of_mean, -most_of_mean, most_of_mean);
+            }
+    });
+    return probes;
+}
+
+}  // namespace camrig::world
