@@ -14,7 +14,7 @@ struct Shares {
     double mirrored, left;
 };
 Shares shares(double nv, double roughness) {
-    constexpr int cosines = 2000, turns = 2000;
+    constexpr int cosines = 700, turns = 700;
     const double a2 = std::pow(roughness, 4);
     const auto visibility = [&](double cosine) {
         return 1.0 / (cosine + std::sqrt(a2 + (1.0 - a2) * cosine * cosine));

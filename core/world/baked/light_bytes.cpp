@@ -109,9 +109,10 @@ std::vector<std::byte> pack_light_probes(std::span<const LightProbe> probes) {
         Numbers<numbers_of_probe> numbers{};
         const LightProbe& probe = probes[i];
         put_color(probe.mean, numbers);
+        const glm::vec3 kept = color_of(numbers);
         for (glm::length_t axis = 0; axis < 3; ++axis)
             for (glm::length_t c = 0; c < 3; ++c) {
-                if (!(probe.mean[c] > 0.0f)) continue;
+                if (!(kept[c] > 0.0f)) continue;
                 const float share = std::clamp(probe.along[axis][c] / probe.mean[c], -most_of_mean, most_of_mean);
                 numbers[static_cast<std::size_t>(3 + 3 * axis + c)] =
                     static_cast<int>(std::lround(share * steps_of_mean));

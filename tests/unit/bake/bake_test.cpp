@@ -32,10 +32,12 @@ double light_of_wall(double d, double h, double w) {
     return (std::atan(w / d) - d / far * std::atan(w / far)) / std::numbers::pi;
 }
 
-/// What a surface of roughness 1 and that color sends on, in all directions together, of light that comes from all
+/// What a box of that color (of a shape's roughness) sends on, in all directions together, of light that comes from all
 /// around: glTF 2.0, appendix B, added up over views and lights.
 double sent_on(double color) {
-    constexpr int cosines = 24, turns = 48;
+    constexpr int cosines = 48, turns = 96;
+    constexpr double a2 = 0.8 * 0.8 * 0.8 * 0.8;
+    const auto visibility = [](double cosine) { return 1.0 / (cosine + std::sqrt(a2 + (1.0 - a2) * cosine * cosine)); };
     double sum = 0.0;
     for (int i = 0; i < cosines; ++i) {
         for (int j = 0; j < cosines; ++j) {
@@ -43,9 +45,10 @@ double sent_on(double color) {
                 const double nv = (i + 0.5) / cosines, nl = (j + 0.5) / cosines;
                 const double turn = (k + 0.5) / turns * std::numbers::pi;
                 const double vl = std::sqrt((1.0 - nv * nv) * (1.0 - nl * nl)) * std::cos(turn) + nv * nl;
-                const double fresnel = 0.04 + 0.96 * std::pow(1.0 - std::sqrt(0.5 * (1.0 + vl)), 5);
-                const double visibility = 1.0 / ((nl + 1.0) * (nv + 1.0));
-                sum += 4.0 * nl * nv * ((1.0 - fresnel) * color + fresnel * visibility);
+                const double vh = std::sqrt(0.5 * (1.0 + vl)), nh = (nv + nl) / (2.0 * vh);
+                const double fresnel = 0.04 + 0.96 * std::pow(1.0 - vh, 5), d = nh * nh * (a2 - 1.0) + 1.0;
+                const double mirrored = fresnel * a2 / (d * d) * visibility(nl) * visibility(nv);
+                sum += 4.0 * nl * nv * ((1.0 - fresnel) * color + mirrored);
             }
         }
     }
