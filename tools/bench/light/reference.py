@@ -151,7 +151,7 @@ def _sensor(eye: Eye) -> dict[str, Any]:
     film = {"type": "hdrfilm", "width": eye.size[0], "height": eye.size[1], "rfilter": {"type": "box"}, "pixel_format": "rgb", "component_format": "float32"}
     return {
         "type": "perspective", "fov": eye.vfov_deg, "fov_axis": "y", "near_clip": 0.01, "far_clip": 10_000.0,
-        "to_world": mi.ScalarTransform4f(placed), "film": film, "sampler": {"type": "independent"},
+        "to_world": mi.ScalarTransform4f(placed), "film": film, "sampler": {"type": "multijitter"},
     }
 
 
