@@ -67,7 +67,7 @@ struct SeenPlace {
 /// The probe stands elsewhere: its distances say where the ray ends.
 template <typename Isa>
 CAMRIG_LANES SeenPlace seen_from(const scene::ReflectionMaps& maps, IntLanes probe, const Lanes3& from_probe,
-                              const Lanes3& ray) {
+                                 const Lanes3& ray) {
     constexpr int steps = 2;
     constexpr float least_m = 1e-3f, least_nearness = 1e-5f;
     const Lanes sides = lanes(world::nearness_side);
