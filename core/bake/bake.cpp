@@ -107,7 +107,7 @@ bool lay_out(const PlacedScene& scene, int max_side, BakedLight& light) {
     return true;
 }
 
-world::ProbeGrid grid_over(const RayScene& scene, const BakeOptions& options) {
+world::ProbeGrid grid_over(const RayScene& scene, const BakeOptions& options, std::size_t layers) {
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
     for (const RaySurface& surface : scene.surfaces()) {
         if (!surface.is_lit) continue;
@@ -124,7 +124,8 @@ world::ProbeGrid grid_over(const RayScene& scene, const BakeOptions& options) {
         // The lowest ones are half a step over the ground, and those at the sides as far within.
         grid.first = low + 0.5 * grid.spacing_m;
         grid.count = glm::max(glm::ivec3(glm::ceil((high - low) / grid.spacing_m)), 1);
-        if (grid.size() <= static_cast<std::size_t>(options.max_probes)) return grid;
+        if (grid.size() <= std::min(static_cast<std::size_t>(options.max_probes), world::max_light_probes / layers))
+            return grid;
     }
 }
 
@@ -224,8 +225,8 @@ Result<world::BakedLight> bake(const world::SceneRef& scene, const BakeOptions& 
     const PlacedScene stands = placed(cut);
     const RayScene rays(stands);
     const LightMap map(rays, light.size, origins_of(rays, light));
-    light.grid = grid_over(rays, options);
     const std::vector<Source> sources = sources_of(lamps, rays);
+    light.grid = grid_over(rays, options, sources.size());
     Checkpoint checkpoint(options.checkpoint,
                           fmt::format("{:016x} {:016x} {} {} {} {} {}", light.key, sun_key(*scene), light.size.width,
                                       light.size.height, options.rays, options.bounces, options.texels_per_m));

@@ -22,10 +22,15 @@ constexpr int max_passed = 24;
 /// Metres before the next surface is looked for.
 constexpr float step_m = 1e-4f;
 
-/// What both sides of a pane do not mirror, back and forth between them, of light at that cosine.
+/// What both sides of a pane do not mirror, back and forth between them, of light at that cosine: by Fresnel's
+/// equations, for light from a hemisphere 1 % less than by Schlick's fit of them.
 float through_pane(float cosine) {
-    const float away = 1.0f - std::min(cosine, 1.0f), away2 = away * away;
-    const float mirrored = render::dielectric_f0 + (1.0f - render::dielectric_f0) * away2 * away2 * away;
+    constexpr float index = 1.5f;
+    const float outside = std::min(cosine, 1.0f);
+    const float inside = std::sqrt(1.0f - (1.0f - outside * outside) / (index * index));
+    const float across = (outside - index * inside) / (outside + index * inside);
+    const float along = (index * outside - inside) / (index * outside + inside);
+    const float mirrored = 0.5f * (across * across + along * along);
     return (1.0f - mirrored) / (1.0f + mirrored);
 }
 
@@ -142,8 +147,8 @@ std::optional<RayHit> RayScene::nearest(const Ray& ray) const {
                   glm::dot(side, ray.along) <= 0.0f};
 }
 
-std::optional<RayHit> RayScene::first_hit(Ray ray, float& through) const {
-    through = 1.0f;
+std::optional<RayHit> RayScene::first_hit(Ray ray, glm::vec3& through) const {
+    through = glm::vec3(1.0f);
     for (int passed = 0; passed < max_passed; ++passed) {
         const auto hit = nearest(ray);
         if (!hit) return std::nullopt;
@@ -156,24 +161,25 @@ std::optional<RayHit> RayScene::first_hit(Ray ray, float& through) const {
             through *= 1.0f - alpha;
             if (material.transmission > 0.0f) {
                 const glm::vec3 side = surfaces_[hit->surface].side_of(hit->triangle);
-                through *= through_pane(std::abs(glm::dot(side, ray.along)));
+                through *= material.tint * through_pane(std::abs(glm::dot(side, ray.along)));
             }
         }
         ray.from = ray.from + ray.along * (hit->distance + step_m);
         ray.length -= hit->distance + step_m;
     }
-    through = 0.0f;
+    through = glm::vec3(0.0f);
     return std::nullopt;
 }
 
-float RayScene::open_share(Ray ray) const {
-    float open = 1.0f;
+glm::vec3 RayScene::open_share(Ray ray) const {
+    constexpr glm::vec3 none(0.0f);
+    glm::vec3 open(1.0f);
     for (int passed = 0; passed < max_passed && ray.length > 0.0f; ++passed) {
-        float through = 1.0f;
+        glm::vec3 through;
         const auto hit = first_hit(ray, through);
         open *= through;
-        if (!hit || open == 0.0f) return open;
-        if (surfaces_[hit->surface].is_lit) return 0.0f;
+        if (!hit || open == none) return open;
+        if (surfaces_[hit->surface].is_lit) return none;
         const glm::vec3 at = surfaces_[hit->surface].position_at(hit->triangle, hit->shares);
         const float gone = glm::dot(at - ray.from, ray.along) + step_m;
         ray.from = ray.from + ray.along * gone;

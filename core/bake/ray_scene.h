@@ -54,9 +54,9 @@ public:
 
     /// The first thing that a ray meets, after what is blended or cut out; `through`: what these let pass. nullopt: it
     /// leaves the scene. Any thread.
-    std::optional<RayHit> first_hit(Ray ray, float& through) const;
-    /// How much of the light comes along the ray; what is unlit is in nobody's light.
-    float open_share(Ray ray) const;
+    std::optional<RayHit> first_hit(Ray ray, glm::vec3& through) const;
+    /// How much of each colour of light comes along the ray; what is unlit is in nobody's light.
+    glm::vec3 open_share(Ray ray) const;
     /// Base colour of a place, linear, with its alpha.
     glm::vec4 base_color(std::uint32_t surface, std::uint32_t triangle, const glm::vec3& shares) const;
     /// Radiance that it sends out by itself.

@@ -99,8 +99,8 @@ float TexelLight::front_share(const MapTexel& texel) const {
     float front = 1.0f, back = 1.0f;
     for (int i = 0; i < rays_of_side; ++i) {
         const glm::vec3 along = basis.turned(by_cosine(spread_point(i, shift))), lift = place.side * lift_m;
-        front += scene_.open_share({place.position + lift, along, seen_from_m});
-        back += scene_.open_share({place.position - lift, -along, seen_from_m});
+        front += scene_.open_share({place.position + lift, along, seen_from_m}).g;
+        back += scene_.open_share({place.position - lift, -along, seen_from_m}).g;
     }
     return front / (front + back);
 }
@@ -117,7 +117,7 @@ glm::vec3 TexelLight::direct(const MapPlace& place, std::size_t lamp, float fron
     }
     const LitSide lit = lit_side(place, towards, front_share);
     if (!(lit.cosine > 0.0f) || !(share > 0.0f)) return glm::vec3(0.0f);
-    return glm::vec3(lit.cosine * share * scene_.open_share({place.position + lit.side * lift_m, towards, length}));
+    return lit.cosine * share * scene_.open_share({place.position + lit.side * lift_m, towards, length});
 }
 
 glm::vec3 TexelLight::of_area_lamps(const MapPlace& place, float front_share, const std::vector<float>& sums, int first,
@@ -129,7 +129,7 @@ glm::vec3 TexelLight::of_area_lamps(const MapPlace& place, float front_share, co
         const LitSide lit = lit_side(place, lamp->towards, front_share);
         if (!(lit.cosine > 0.0f)) continue;
         const Ray ray{place.position + lit.side * lift_m, lamp->towards, lamp->distance - 2.0f * lift_m};
-        sum += lamp->light * (lit.cosine * scene_.open_share(ray));
+        sum += lamp->light * lit.cosine * scene_.open_share(ray);
     }
     return sum / static_cast<float>(rays);
 }
@@ -162,7 +162,7 @@ void TexelLight::find_direct() {
 }
 
 TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps) const {
-    float through = 1.0f;
+    glm::vec3 through;
     const auto hit = scene_.first_hit(ray, through);
     if (!hit) {
         const auto kind = ray.along.z > 0.0f ? LightSource::sky : LightSource::ground;

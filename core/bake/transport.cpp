@@ -46,20 +46,15 @@ void ProbeLight::find_probes(Transport& to, double share) {
             const glm::vec3 along = to_all_sides(spread_point(i, shift));
             Gathered sum{};
             inside += light_.look({from, along}, sum).is_inside;
-            for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
-                world::LightProbe& probe = to.probes[layer][number];
-                probe.mean += sum[layer];
-                for (glm::length_t c = 0; c < 3; ++c) probe.along[c] += sum[layer] * (2.0f * along[c]);
-            }
+            for (std::size_t layer = 0; layer < sources_.size(); ++layer)
+                to.probes[layer][number].add(sum[layer], along);
         }
         const float part = 1.0f / static_cast<float>(options_.probe_rays);
         to.is_open[number] = static_cast<float>(inside) * part < 0.1f;
         for (auto& layer : to.probes) layer[number] = layer[number].scaled(glm::vec3(part));
-        // As the two terms of a light from one direction: a quarter, and a half along it.
+        // A lamp, by how it lights what faces it.
         const auto add = [&](std::size_t layer, const glm::vec3& arriving, const glm::vec3& towards) {
-            world::LightProbe& probe = to.probes[layer][number];
-            probe.mean += 0.25f * arriving;
-            for (glm::length_t c = 0; c < 3; ++c) probe.along[c] += arriving * (0.5f * towards[c]);
+            to.probes[layer][number].add(0.25f * arriving, towards);
         };
         // Lamps are points, or as small: no ray meets them.
         for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
@@ -78,8 +73,8 @@ void ProbeLight::find_probes(Transport& to, double share) {
         for (int i = 0; !light_.area_lamps().empty() && i < lamp_rays_of_probe; ++i) {
             const auto lamp = light_.area_lamps().sample(lamps, from, spread_point(i, shift));
             if (!lamp) continue;
-            const float open = scene_.open_share({from, lamp->towards, lamp->distance - lift_m});
-            add(light_.glow_layer(), lamp->light * (open / static_cast<float>(lamp_rays_of_probe)), lamp->towards);
+            const glm::vec3 open = scene_.open_share({from, lamp->towards, lamp->distance - lift_m});
+            add(light_.glow_layer(), lamp->light * open / static_cast<float>(lamp_rays_of_probe), lamp->towards);
         }
     });
 }

@@ -37,6 +37,7 @@ world::Scene mirror_room() {
         material.transmission = 0.9f;
         material.alpha_mode = world::AlphaMode::blend;
         material.base_color.a = 0.12f;
+        material.tint = {0.6f, 1.05f, 0.9f};
         material.roughness = 0.02f;
     });
     return scene;

@@ -238,6 +238,29 @@ TEST(Quality, BakedOcclusionDarkensTheSurroundingsAtEveryLevelAndNeverTheLights)
     }
 }
 
+TEST(Quality, GlassColorsWhatIsBehindItInEachColor) {
+    const glm::vec3 tint(0.3f, 1.1f, 0.8f);
+    const auto sheet = rectangle({0, 0, 0}, {0, -4, 0}, {0, 0, 4});
+    world::Material wall = surface(glm::vec3(0.6f), 1.0f), glass = surface(glm::vec3(0.0f), 0.02f);
+    wall.unlit = true;
+    glass.transmission = 1.0f;
+    glass.alpha_mode = world::AlphaMode::blend;
+    glass.base_color.a = 0.2f;
+    glass.tint = tint;
+    TestWorld world;
+    world.environment = darkness();
+    world.objects = {instance_of(model_of(sheet, wall), {3, 0, 0}, 1),
+                     instance_of(model_of(sheet, glass), {2, 0, 0}, 2)};
+    for (const world::Antialias antialias : {world::Antialias::none, world::Antialias::coverage}) {
+        const TestCamera camera{
+            .size = {16, 16}, .focal_px = 16, .antialias = antialias, .quality = world::Quality::beautiful};
+        const auto found = draw(world, camera).at(8, 8);
+        // Of what meets it squarely a pane mirrors 2 F / (1 + F), F = 0.04.
+        for (glm::length_t c = 0; c < 3; ++c)
+            EXPECT_NEAR(linear_of(found[static_cast<std::size_t>(c)]), 0.6 * 0.8 * (0.96 / 1.04) * tint[c], 0.006) << c;
+    }
+}
+
 TEST(Quality, NormalMapsLeanAlongUAndAgainstVWithTheFilesTangentsOrWithout) {
     const glm::dvec3 towards = glm::normalize(glm::dvec3(-1.0, -0.8, 0.5));
     for (int variant = 0; variant < 16; ++variant) {

@@ -15,8 +15,6 @@ void DrawPass::begin_instant() {
     gl_.Enable(GL_DEPTH_TEST);
     gl_.DepthFunc(GL_GREATER);
     gl_.CullFace(GL_BACK);
-    // Alpha stays 255 in the picture whatever is blended over it.
-    gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     // An instant that memory ended may have left these as they were within a pass.
     end_blending();
     end_shadows();
@@ -234,12 +232,16 @@ void DrawPass::begin_blending() {
     // Blending is linear light, so here the target encodes; switching it on costs a CPU rasteriser a flush.
     gl_.Enable(GL_FRAMEBUFFER_SRGB);
     gl_.Enable(GL_BLEND);
+    // Glass hides of each color another share. Alpha stays 255 in the picture whatever is blended over it.
+    gl_.BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC1_COLOR, GL_ZERO, GL_ONE);
     gl_.DepthMask(GL_FALSE);
 }
 
 void DrawPass::end_blending() {
     gl_.DepthMask(GL_TRUE);
     gl_.Disable(GL_BLEND);
+    // Nothing is drawn into several targets while there is a factor of a second source, blended or not.
+    gl_.BlendFuncSeparate(GL_ONE, GL_ZERO, GL_ONE, GL_ZERO);
     gl_.Disable(GL_FRAMEBUFFER_SRGB);
 }
 

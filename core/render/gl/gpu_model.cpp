@@ -112,6 +112,7 @@ MaterialBlock block_of(const world::Material& material, const UvSlots& slots) {
     block.emissive = glm::vec4(material.emissive, is_blended ? material.transmission : material.alpha_cutoff);
     block.factors =
         glm::vec4(material.metallic, material.roughness, material.normal_scale, material.occlusion_strength);
+    block.tint = glm::vec4(material.tint, 0.0f);
     for (int i = 0; i < slots.count; ++i) {
         const scene::TextureTransform transform = scene::transform_of(*slots.refs[i]);
         block.uv_rows[2 * i] = glm::vec4(transform.u, 0.0f);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <iterator>
+#include <type_traits>
 
 #include "core/base/result.h"
 #include "core/render/scene/view_lights.h"
@@ -61,11 +62,13 @@ DrawBlock draw_block(const scene::SeenSurface& seen) {
 
 SurroundingsBlock surroundings_block(const PassView& view, const scene::PlacedSurface& surface) {
     const world::LightProbe probe = view.light_map->around(surface, view.scene->environment());
-    const scene::SurroundingsInView light =
+    const world::LightProbe light =
         scene::surroundings_in_view(probe.scaled(glm::vec3(view.exposure_gain)), view.transform);
     SurroundingsBlock block{};
     for (int i = 0; i < 3; ++i)
         block.rows[i] = glm::vec4(light.along[0][i], light.along[1][i], light.along[2][i], light.mean[i]);
+    static_assert(std::extent_v<decltype(block.products)> == world::product_count);
+    for (std::size_t i = 0; i < world::product_count; ++i) block.products[i] = glm::vec4(light.products[i], 0.0f);
     return block;
 }
 

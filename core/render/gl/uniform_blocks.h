@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include <glm/glm.hpp>
@@ -43,12 +44,13 @@ struct DrawBlock {
 
 /// Of a draw that takes its light from a place: a block of its own, for only pictures with baked light have them.
 struct SurroundingsBlock {
-    glm::vec4 rows[3];
+    glm::vec4 rows[3];      ///< of each channel, by the coordinates of the normal, and the mean
+    glm::vec4 products[5];  ///< of each of world::products_of(), by channel
 };
 
 /// Maximum draws per batch: their blocks fit into the 16 KiB that every device has for a uniform block.
 inline constexpr std::size_t max_batch = 128;
-static_assert(max_batch * sizeof(DrawBlock) <= 16384);
+static_assert(max_batch * std::max(sizeof(DrawBlock), sizeof(SurroundingsBlock)) <= 16384);
 
 inline constexpr int max_uv_slots = 5;
 
@@ -56,6 +58,7 @@ struct MaterialBlock {
     glm::vec4 base_color;
     glm::vec4 emissive;
     glm::vec4 factors;
+    glm::vec4 tint;
     glm::vec4 uv_rows[2 * max_uv_slots];
 };
 

@@ -22,8 +22,22 @@ LightInView light_in_view(const world::Light& light, const ViewTransform& view, 
     return made;
 }
 
-SurroundingsInView surroundings_in_view(const world::LightProbe& probe, const ViewTransform& view) {
-    return {probe.mean, probe.along * glm::transpose(glm::mat3(view.optical_from_world))};
+world::LightProbe surroundings_in_view(const world::LightProbe& probe, const ViewTransform& view) {
+    const glm::mat3 turn(view.optical_from_world), back = glm::transpose(turn);
+    world::LightProbe made{probe.mean, probe.along * back, {}};
+    for (glm::length_t c = 0; c < 3; ++c) {
+        // The sum of products of n is n * of * n.
+        const auto& p = probe.products;
+        const float xy = 0.5f * p[0][c], yz = 0.5f * p[1][c], xz = 0.5f * p[2][c], zz = p[4][c];
+        const glm::mat3 of(p[3][c] - zz, xy, xz, xy, -p[3][c] - zz, yz, xz, yz, 2.0f * zz);
+        const glm::mat3 now = turn * of * back;
+        made.products[0][c] = 2.0f * now[0][1];
+        made.products[1][c] = 2.0f * now[1][2];
+        made.products[2][c] = 2.0f * now[0][2];
+        made.products[3][c] = 0.5f * (now[0][0] - now[1][1]);
+        made.products[4][c] = 0.5f * now[2][2];
+    }
+    return made;
 }
 
 AmbientInView ambient_in_view(const world::Environment& environment, float exposure, const ViewTransform& view) {

@@ -26,12 +26,8 @@ struct AmbientInView {
     glm::vec3 sky{0.0f}, ground{0.0f};  ///< times the exposure
     float exposure = 1.0f;
 };
-/// Light from all around at one place: on a surface with normal n it is mean + along * n, and not below 0.
-struct SurroundingsInView {
-    glm::vec3 mean{0.0f};
-    glm::mat3 along{0.0f};  ///< column i: by the i-th coordinate of the normal in the optical frame
-};
-SurroundingsInView surroundings_in_view(const world::LightProbe& probe, const ViewTransform& view);
+/// Light from all around at one place, by normals in the optical frame; what is below 0 is none.
+world::LightProbe surroundings_in_view(const world::LightProbe& probe, const ViewTransform& view);
 
 AmbientInView ambient_in_view(const world::Environment& environment, float exposure, const ViewTransform& view);
 

@@ -26,12 +26,16 @@ layout(std140, binding = 1) uniform DrawBlocks { Draw draws[BATCH_SIZE]; };
 layout(std140, binding = 1) uniform DrawBlock { Draw draw; };
 #endif
 
-// Light from all around at a place: on a surface with normal n, each channel is the dot product of its row and (n, 1).
+// Light from all around at a place: on a surface with normal n, each channel is the dot product of its row and (n, 1),
+// plus each of `products` times that of world::products_of(n).
 #ifdef SURROUNDINGS
-struct Surroundings { vec4 rows[3]; };
+struct Surroundings {
+    vec4 rows[3];
+    vec4 products[5];
+};
 #ifdef BATCH_SIZE
 layout(std140, binding = 5) uniform SurroundingsBlocks { Surroundings surroundings_of_draws[BATCH_SIZE]; };
-#define surroundings surroundings_of_draws[gl_DrawIDARB]  // in vertex shaders
+#define surroundings surroundings_of_draws[in_draw]  // in fragment shaders
 #else
 layout(std140, binding = 5) uniform SurroundingsBlock { Surroundings surroundings; };
 #endif
@@ -42,6 +46,7 @@ layout(std140, binding = 2) uniform MaterialBlock {
     vec4 base_color;
     vec4 emissive;         // w: alpha cutoff; of what is blended, its transmission
     vec4 factors;          // metallic, roughness, normal scale, occlusion strength
+    vec4 tint;             // of glass: of what goes through
     vec4 uv_rows[2 * MAX_UV];  // per used texture coordinate: KHR_texture_transform as two affine rows
 } material;
 

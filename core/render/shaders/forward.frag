@@ -32,7 +32,10 @@ layout(binding = 2) uniform sampler2D occlusion_texture;
 layout(binding = 3) uniform sampler2D normal_texture;
 layout(binding = 4) uniform sampler2D metallic_roughness_texture;
 
-layout(location = 0) out vec4 out_pixel;
+layout(location = 0, index = 0) out vec4 out_pixel;
+#ifdef BLEND
+layout(location = 0, index = 1) out vec4 out_hidden;  // of what is behind, in each colour
+#endif
 
 #if defined(PIXEL_NORMAL) && defined(NORMAL_UV)
 // Tangent frame from the vertices, or from screen derivatives where they have none: t along u, b against v (which points
@@ -247,12 +250,16 @@ void main() {
 #ifdef GGX
     if (view.ground.w > 0.0) color = pbr_neutral(color);
 #endif
+#ifdef BLEND
+    vec3 through = vec3(1.0);
+#endif
 #if defined(GGX) && defined(BLEND)
     if (is_glass) {
         // What it sends by itself is not thinned by alpha; what outshines it hides more of what lies behind.
         float most = max(color.r, max(color.g, color.b));
         base.a = clamp(max(max(1.0 - (1.0 - base.a) * (1.0 - mean(mirror)), most), 1e-3), 0.0, 1.0);
         color /= base.a;
+        through = material.tint.rgb;
     }
 #endif
 #ifdef FOG
@@ -261,6 +268,7 @@ void main() {
 
 #ifdef BLEND
     out_pixel = vec4(clamp(color, 0.0, 1.0), base.a);  // linear: the target encodes after blending
+    out_hidden = vec4(1.0 - (1.0 - base.a) * through, 1.0);
 #else
     out_pixel = vec4(srgb(color), 1.0);
 #endif

@@ -30,8 +30,8 @@ layout(location = 12) flat out uint out_object;
 #ifdef LIGHT_MAP
 layout(location = 9) out vec2 out_light_at;
 #endif
-#ifdef SURROUNDINGS
-layout(location = 9) flat out vec4 out_surroundings[3];
+#if defined(SURROUNDINGS) && defined(BATCH_SIZE)
+layout(location = 9) flat out int out_draw;
 #endif
 #ifdef VERTEX_LIGHT
 layout(location = 9) out vec3 out_light;
@@ -94,8 +94,8 @@ void main() {
 #ifdef LIGHT_MAP
     out_light_at = (in_light_at + vec2(draw.ids.yz)) * view.light_map.yz;
 #endif
-#ifdef SURROUNDINGS
-    out_surroundings = surroundings.rows;
+#if defined(SURROUNDINGS) && defined(BATCH_SIZE)
+    out_draw = gl_DrawIDARB;
 #endif
 #ifdef HAS_TANGENT
     // A mirroring turns the cross product of normal and tangent round, but not the bitangent.

@@ -76,6 +76,8 @@ void add(KeyMaker& key, const Material& material) {
     key.add(material.alpha_cutoff);
     key.add(material.double_sided);
     key.add(material.unlit);
+    key.add(material.transmission);
+    key.add(material.tint);
 }
 
 void add(KeyMaker& key, const Model& model) {
@@ -122,15 +124,34 @@ void take(std::vector<T>& values, const std::vector<std::uint32_t>& which) {
 
 }  // namespace
 
+void LightProbe::add(const glm::vec3& light, const glm::vec3& towards) {
+    // A_l / A_0 Y_lm(towards) Y_lm(n) / Y_00^2 with A = pi, 2 pi / 3, pi / 4, but for the coordinates of both.
+    constexpr float first = 2.0f;
+    constexpr std::array<float, product_count> second{15.0f / 4.0f, 15.0f / 4.0f, 15.0f / 4.0f, 15.0f / 16.0f,
+                                                      5.0f / 16.0f};
+    mean += light;
+    for (glm::length_t i = 0; i < 3; ++i) along[i] += light * (first * towards[i]);
+    const auto of = products_of(towards);
+    for (std::size_t i = 0; i < product_count; ++i) products[i] += light * (second[i] * of[i]);
+}
+
+LightProbe& LightProbe::operator+=(const LightProbe& other) {
+    mean += other.mean;
+    along += other.along;
+    for (std::size_t i = 0; i < product_count; ++i) products[i] += other.products[i];
+    return *this;
+}
+
 LightProbe LightProbe::scaled(const glm::vec3& by) const {
-    LightProbe made{mean * by, along};
+    LightProbe made{mean * by, along, products};
     for (glm::length_t i = 0; i < 3; ++i) made.along[i] *= by;
+    for (glm::vec3& product : made.products) product *= by;
     return made;
 }
 
 std::uint64_t light_key(const Scene& scene) {
     KeyMaker key;
-    key.add(2);  // the way of baking
+    key.add(3);  // the way of baking
     std::vector<const Model*> models;
     for (const ObjectSpec& object : scene.objects) {
         if (!object.clip.empty() || object.attach) continue;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -26,17 +27,25 @@ enum class LightSource : std::uint8_t {
     lamp  ///< of Scene::lights one, or a group; of a directional one only what is reflected, its direct light is drawn
 };
 
-/// Light at one place in the open: on a surface with normal n it is mean + along * n. Ramamoorthi and Hanrahan, An
-/// efficient representation for irradiance environment maps, 2001, up to l = 1.
+/// Of a unit vector: xy, yz, xz, x^2 - y^2 and 3 z^2 - 1, the spherical harmonics of l = 2 but for factors.
+inline constexpr std::size_t product_count = 5;
+template <typename Vector>
+[[gnu::always_inline]] inline auto products_of(const Vector& v) {
+    return std::array<decltype(v.x * v.y), product_count>{v.x * v.y, v.y * v.z, v.x * v.z, v.x * v.x - v.y * v.y,
+                                                          v.z * v.z * 3.0f - 1.0f};
+}
+
+/// Light at one place in the open: on a surface with normal n it is mean + along * n + products * products_of(n).
+/// Ramamoorthi and Hanrahan, An efficient representation for irradiance environment maps, 2001.
 struct LightProbe {
     glm::vec3 mean{0.0f};
     glm::mat3 along{0.0f};  ///< column i: by the i-th coordinate of the normal, world
+    std::array<glm::vec3, product_count> products{};
 
-    LightProbe& operator+=(const LightProbe& other) {
-        mean += other.mean;
-        along += other.along;
-        return *this;
-    }
+    /// Radiance from that direction, times its share of all directions (in shading's units: what lights a surface that
+    /// faces it by E is E / 4).
+    void add(const glm::vec3& light, const glm::vec3& towards);
+    LightProbe& operator+=(const LightProbe& other);
     LightProbe scaled(const glm::vec3& by) const;
 };
 

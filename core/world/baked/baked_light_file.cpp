@@ -21,7 +21,7 @@ namespace {
 // A line, the length of a JSON text, the text, and then parts that are compressed each by itself: cuts of the models
 // that are cut, which probes are open, how near reflection probes see things, and of each layer its texels, its probes
 // and its reflections.
-constexpr std::string_view magic = "camrig light 4\n";
+constexpr std::string_view magic = "camrig light 5\n";
 constexpr std::size_t max_header_bytes = std::size_t{16} << 20;
 constexpr std::size_t max_part_bytes = std::size_t{512} << 20;
 

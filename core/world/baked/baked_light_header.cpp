@@ -167,7 +167,9 @@ private:
             item.fail("count", "three whole numbers up to 4096");
         } else {
             for (glm::length_t i = 0; i < 3; ++i) light_.grid.count[i] = (*count)[static_cast<std::size_t>(i)];
-            if (light_.grid.size() > max_light_probes) item.fail("count", "more probes than can be");
+            if (light_.grid.size() * light_.layers.size() > max_light_probes)
+                item.fail("count", "more than " + std::to_string(max_light_probes) + " probes in all layers",
+                          ErrorKind::resource_exhausted);
         }
         light_.grid.first = {first[0], first[1], first[2]};
         if (auto done = item.finish(); !done) reader_.fail(done.error());

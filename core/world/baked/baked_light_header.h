@@ -16,7 +16,7 @@ namespace camrig::world {
 inline constexpr int max_light_map_side = 8192;
 inline constexpr std::size_t max_light_layers = 64;
 inline constexpr std::int64_t max_light_texels = std::int64_t{1} << 27;  ///< of all layers; 512 MiB of memory
-inline constexpr std::size_t max_light_probes = 1 << 20;
+inline constexpr std::size_t max_light_probes = std::size_t{1} << 21;    ///< of all layers; 216 MiB of memory
 
 nlohmann::json baked_light_header(const BakedLight& light);
 

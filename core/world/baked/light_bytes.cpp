@@ -82,9 +82,20 @@ void unpack(std::span<const std::byte> bytes, const Take& take) {
     }
 }
 
-/// Of a probe: its mean, and then by axis and color how light differs along it.
+/// Of a probe: its mean, and then how light differs by direction.
 constexpr std::size_t numbers_of_texel = bytes_of_light_texel / 2, numbers_of_probe = bytes_of_light_probe / 2;
 constexpr float steps_of_mean = 256.0f, most_of_mean = 8.0f;
+
+/// Calls visit(number, channel, value) for what a probe has beside its mean.
+template <typename Probe, typename Visit>
+void each_difference(Probe& probe, const Visit& visit) {
+    std::size_t number = 3;
+    const auto visit_channels = [&](auto& color) {
+        for (glm::length_t c = 0; c < 3; ++c) visit(number++, c, color[c]);
+    };
+    for (glm::length_t axis = 0; axis < 3; ++axis) visit_channels(probe.along[axis]);
+    for (auto& product : probe.products) visit_channels(product);
+}
 
 }  // namespace
 
@@ -110,13 +121,11 @@ std::vector<std::byte> pack_light_probes(std::span<const LightProbe> probes) {
         const LightProbe& probe = probes[i];
         put_color(probe.mean, numbers);
         const glm::vec3 kept = color_of(numbers);
-        for (glm::length_t axis = 0; axis < 3; ++axis)
-            for (glm::length_t c = 0; c < 3; ++c) {
-                if (!(kept[c] > 0.0f)) continue;
-                const float share = std::clamp(probe.along[axis][c] / probe.mean[c], -most_of_mean, most_of_mean);
-                numbers[static_cast<std::size_t>(3 + 3 * axis + c)] =
-                    static_cast<int>(std::lround(share * steps_of_mean));
-            }
+        each_difference(probe, [&](std::size_t number, glm::length_t c, float value) {
+            if (!(kept[c] > 0.0f)) return;
+            const float share = std::clamp(value / probe.mean[c], -most_of_mean, most_of_mean);
+            numbers[number] = static_cast<int>(std::lround(share * steps_of_mean));
+        });
         return numbers;
     });
 }
@@ -127,11 +136,10 @@ std::vector<LightProbe> unpack_light_probes(std::span<const std::byte> bytes) {
     unpack<numbers_of_probe>(bytes, [&](const auto& numbers) {
         LightProbe& probe = probes.emplace_back();
         probe.mean = color_of(numbers);
-        for (glm::length_t axis = 0; axis < 3; ++axis)
-            for (glm::length_t c = 0; c < 3; ++c) {
-                const auto steps = static_cast<float>(numbers[static_cast<std::size_t>(3 + 3 * axis + c)]);
-                probe.along[axis][c] = probe.mean[c] * std::clamp(steps / steps_of_mean, -most_of_mean, most_of_mean);
-            }
+        each_difference(probe, [&](std::size_t number, glm::length_t c, float& value) {
+            const auto steps = static_cast<float>(numbers[number]);
+            value = probe.mean[c] * std::clamp(steps / steps_of_mean, -most_of_mean, most_of_mean);
+        });
     });
     return probes;
 }

@@ -11,7 +11,7 @@
 /// its difference to the one before, which packs well.
 namespace camrig::world {
 
-inline constexpr std::size_t bytes_of_light_texel = 6, bytes_of_light_probe = 24;
+inline constexpr std::size_t bytes_of_light_texel = 6, bytes_of_light_probe = 54;
 
 /// texels: as glm::packF3x9_E1x5.
 std::vector<std::byte> pack_light_texels(std::span<const std::uint32_t> texels);

@@ -16,13 +16,17 @@ using world::LightSource;
 constexpr glm::dvec3 up{0.0, 0.0, 1.0};
 const TestBox ground{"ground", {0, 0, -0.2}, {8, 8, 0.2}, 0.0};
 
+/// The scene in which the materials of a model are changed.
+std::shared_ptr<world::Scene> changed(const std::vector<TestBox>& boxes, const std::string& model, const auto& change) {
+    auto scene = std::make_shared<world::Scene>(*scene_of(boxes));
+    auto other = std::make_shared<world::Model>(*scene->models.at(model).model);
+    for (world::Material& material : other->materials) change(material);
+    scene->models.at(model).model = other;
+    return scene;
+}
 /// The scene in which a model is a lamp of that radiance.
 std::shared_ptr<world::Scene> with_lamp(const std::vector<TestBox>& boxes, const std::string& model, double radiance) {
-    auto scene = std::make_shared<world::Scene>(*scene_of(boxes));
-    auto glowing = std::make_shared<world::Model>(*scene->models.at(model).model);
-    for (world::Material& material : glowing->materials) material.emissive = glm::vec3(static_cast<float>(radiance));
-    scene->models.at(model).model = glowing;
-    return scene;
+    return changed(boxes, model, [&](world::Material& of) { of.emissive = glm::vec3(static_cast<float>(radiance)); });
 }
 
 /// Light at a place on the ground, d before the middle of a wall of light of radiance 1 that is h high and 2 w wide
@@ -72,6 +76,33 @@ TEST(Bake, AtTheFootOfAHighBlackWallHalfOfTheSkyIsLeft) {
     const double hidden = 0.5 * (1.0 - d / std::hypot(d, h));
     // Of what comes to the wall, half of the sky, a black surface mirrors a little.
     EXPECT_NEAR(light_at(scene, light, 0, "ground", {0, 0, 0}, up).g, 1.0 - hidden + sent_on(0.0) * 0.5 * hidden, 0.01);
+}
+
+TEST(Bake, APaneColorsLightAndMirrorsAPartOfIt) {
+    const glm::vec3 tint(0.5f, 1.3f, 1.2f);
+    // A pane as wide as the sky, close over black ground; light goes through its upper and through its lower face.
+    const auto scene = changed({{"ground", {0, 0, -0.2}, {4, 4, 0.2}, 0.0}, {"pane", {0, 0, 0.3}, {90, 90, 0.01}, 0.0}},
+                               "pane", [&](world::Material& material) {
+                                   material.transmission = 1.0f;
+                                   material.alpha_mode = world::AlphaMode::blend;
+                                   material.base_color.a = 0.1f;
+                                   material.tint = tint;
+                               });
+    const world::BakedLight light = baked(scene, {.texels_per_m = 1.0, .rays = 4096, .probe_spacing_m = 40.0});
+    // By the angles of Fresnel's law (Born and Wolf, Principles of Optics, 1.5.2), over a hemisphere by cosine.
+    double passed = 0.0;
+    constexpr int steps = 20000;
+    for (int i = 0; i < steps; ++i) {
+        const double sine2 = (i + 0.5) / steps, outside = std::asin(std::sqrt(sine2));
+        const double inside = std::asin(std::sqrt(sine2) / 1.5);
+        const double across = std::sin(outside - inside) / std::sin(outside + inside);
+        const double along = std::tan(outside - inside) / std::tan(outside + inside);
+        const double mirrored = 0.5 * (across * across + along * along);
+        passed += std::pow(0.9 * (1.0 - mirrored) / (1.0 + mirrored), 2) / steps;
+    }
+    const glm::vec3 found = light_at(scene, light, layer_of(light, LightSource::sky), "ground", {0.3, 0.2, 0}, up);
+    for (glm::length_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(found[c], passed * tint[c] * tint[c], 0.006 * tint[c] * tint[c]) << c;
 }
 
 TEST(Bake, InAClosedRoomNoSkyIsSeen) {
@@ -284,6 +315,7 @@ TEST(Bake, AWhiteFurnaceIsAsBrightAsTheSeriesSays) {
         const world::LightProbe& probe = light.layers[layer].probes[i];
         EXPECT_NEAR(probe.mean.g, expected, 0.03 * expected) << i;
         for (glm::length_t axis = 0; axis < 3; ++axis) EXPECT_NEAR(probe.along[axis].g, 0.0, 0.05 * expected) << i;
+        for (const glm::vec3& product : probe.products) EXPECT_NEAR(product.g, 0.0, 0.05 * expected) << i;
     }
 }
 
@@ -314,6 +346,22 @@ TEST(Bake, ProbesInTheOpenHaveSkyAboveAndGroundBelow) {
     const world::LightProbe& sky = light.layers[0].probes[0];
     EXPECT_NEAR(sky.mean.g, 0.5, 0.01);
     EXPECT_NEAR(sky.along[2].g, 0.5, 0.02);
+    // A half space has no second order.
+    for (const glm::vec3& product : sky.products) EXPECT_NEAR(product.g, 0.0, 0.03);
+}
+
+TEST(Bake, ProbesKnowWhereALampIsToTheSecondOrder) {
+    const auto scene = scene_of({{"block", {0, 0, 0}, {0.2, 0.2, 0.2}, 0.0}},
+                                R"(, "lights": [{"name": "lamp", "type": "point", "position": [3, 3, 40]}])");
+    const world::BakedLight light = baked(scene, {.texels_per_m = 4.0, .rays = 64, .probe_spacing_m = 4.0});
+    const world::LightProbe& probe = light.layers[layer_of(light, LightSource::lamp)].probes.front();
+    const glm::vec3 way = glm::vec3(3, 3, 40) - glm::vec3(light.grid.first);
+    const float squarely = 1.0f / glm::dot(way, way);
+    const auto products = world::products_of(glm::normalize(way));
+    EXPECT_NEAR(probe.mean.g / squarely, 0.25, 0.01);
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_NEAR(probe.products[i].g / squarely, 15.0 / 16.0 * products[i], 0.02) << i;
+    EXPECT_NEAR(probe.products[4].g / squarely, 5.0 / 64.0 * products[4], 0.01);
 }
 
 TEST(Bake, IsTheSameWithAnyNumberOfThreads) {

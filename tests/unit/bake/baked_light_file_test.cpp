@@ -80,6 +80,15 @@ TEST_F(BakedFile, TakesNoMemoryForMoreTexelsThanCanBe) {
     EXPECT_THAT(read.error().message, ::testing::HasSubstr("layers: more than"));
 }
 
+TEST_F(BakedFile, TakesNoMemoryForMoreProbesThanCanBe) {
+    nlohmann::json text = baked_light_header(light);
+    text["grid"]["count"] = {128, 128, 64};  // of two layers these could be
+    const auto read = read_baked_light_header(text, *scene);
+    ASSERT_FALSE(read.has_value());
+    EXPECT_EQ(read.error().kind, ErrorKind::resource_exhausted);
+    EXPECT_THAT(read.error().message, ::testing::HasSubstr("grid.count: more than"));
+}
+
 TEST_F(BakedFile, NamesLampsThatTheSceneHas) {
     const auto told = [&](const nlohmann::json& lamps) {
         nlohmann::json text = baked_light_header(light);

@@ -224,9 +224,12 @@ TEST(BakedPicture, ProbesInWallsAreNotAsked) {
     std::vector<world::LightProbe> probes(2);
     probes[0].mean = glm::vec3(9.0f);
     probes[1].mean = glm::vec3(2.0f);
+    probes[1].products[2] = glm::vec3(0.5f);
     EXPECT_NEAR(render::scene::probe_at(grid, probes, {0.2, 0, 0})->mean.g, 2.0, 1e-5);
+    EXPECT_NEAR(render::scene::probe_at(grid, probes, {0.2, 0, 0})->products[2].g, 0.5, 1e-5);
     grid.is_open = {1, 1};
     EXPECT_NEAR(render::scene::probe_at(grid, probes, {0.5, 0, 0})->mean.g, 5.5, 0.02);
+    EXPECT_NEAR(render::scene::probe_at(grid, probes, {0.5, 0, 0})->products[2].g, 0.25, 0.01);
     EXPECT_NEAR(render::scene::probe_at(grid, probes, {7, 3, -3})->mean.g, 2.0, 0.05);
     grid.is_open = {0, 0};
     EXPECT_FALSE(render::scene::probe_at(grid, probes, {0.5, 0, 0}).has_value());

@@ -1,8 +1,15 @@
-"""Ambient occlusion of vertices by ray casting (embree)."""
+"""Ambient occlusion of vertices by ray casting (embree).
+
+How open a vertex is lies beside its colour, as a place on the ramp of an occlusion texture: it darkens light from all around only, and
+where a map of baked light knows what is hidden it is left out.
+"""
 
 import numpy as np
 from embreex import rtcore_scene
 from embreex.mesh_construction import TriangleMesh
+
+from .glb import CLAMP, LINEAR
+from .images import png
 
 
 def hemisphere(count):
@@ -48,10 +55,11 @@ class Rays:
         return out["primID"], out["tfar"], (normal * directions).sum(axis=1) / length
 
 
-def openness(rays, points, normals, reach, count=128, lift=0.004):
+def openness(rays, points, normals, reach, count=128, lift=0.004, solid=0):
     """(share of the hemisphere that is open, share of rays that saw a back face) for every point.
 
-    A hit counts the more the nearer it is; beyond `reach` metres it counts nothing.
+    A hit counts the more the nearer it is; beyond `reach` metres it counts nothing. The first `solid` triangles count
+    whole, however far they are.
     """
     tangent, bitangent = frames(normals)
     local = hemisphere(count)
@@ -60,6 +68,18 @@ def openness(rays, points, normals, reach, count=128, lift=0.004):
         rays_to = direction[0] * tangent + direction[1] * bitangent + direction[2] * normals
         triangle, distance, cosine = rays.hit(points + normals * lift, rays_to)
         struck = (triangle >= 0) & (distance < reach)
-        seen += np.where(struck, 1 - np.clip(distance / reach, 0, 1) ** 1.0, 0)
+        is_solid = (triangle >= 0) & (triangle < solid)
+        seen += np.where(is_solid, 1, np.where(struck, 1 - np.clip(distance / reach, 0, 1), 0))
         backs += struck & (cosine > 0) & (distance < 0.25)
     return 1 - seen / count, backs / count
+
+
+def ramp(glb):
+    """The texture of Glb.material's `occlusion_texture` for coordinates of on_ramp()."""
+    return glb.texture(glb.image(png([[0, 1]]), "image/png", "occlusion"), CLAMP, minify=LINEAR)
+
+
+def on_ramp(openness):
+    """Where on the ramp each vertex has its share of light, 0 to 1: from the middle of the first texel to that of the second."""
+    openness = np.asarray(openness, dtype=float)
+    return np.stack([0.25 + 0.5 * openness, np.full(len(openness), 0.5)], axis=1)

@@ -5,7 +5,6 @@ import numpy as np
 
 from .. import ao, images
 from ..glb import CLAMP, Glb
-from ..noise import smoothstep
 from . import clips, dyes, face, paint, skeleton, worn
 from .cast import CAST
 from .hair import long_hair
@@ -15,6 +14,10 @@ from .trunk import Shaper
 from .wardrobe import Wardrobe
 
 ATLAS_WIDTH = 512
+#: Of skin and clothes, in the mean: what they hide from a place they light a little.
+REFLECTANCE = 0.25
+#: Of all light, for what sees next to nothing: the bind pose hides more of the inside of clothes than people who move.
+LEAST_LIGHT = 0.15
 JOINS = [("trunk", f"{side}_{part}", 0.030) for side in ("left", "right") for part in ("sleeve", "arm")]
 JOINS += [("pelvis", f"{side}_trouser", 0.022) for side in ("left", "right")] + [("neck", "head", 0.02)]
 
@@ -37,11 +40,11 @@ def person(name, spec):
 
     glb = Glb(name, extras={"keypoints": skeleton.KEYPOINTS})
     image = glb.texture(glb.image(texture, "image/jpeg", name), CLAMP)
-    light = _occlusion(pieces)
+    openness, ramp = _openness(pieces), ao.ramp(glb)
     primitives = []
     for piece in pieces:
-        material = glb.material(piece.name, tuple(piece.factor), texture=image, roughness=0.85, extras=piece.extras())
-        primitives.append(_skinned(glb, piece.parts, light, size, material))
+        material = glb.material(piece.name, tuple(piece.factor), texture=image, occlusion_texture=ramp, roughness=0.85, extras=piece.extras())
+        primitives.append(_skinned(glb, piece.parts, openness, size, material))
     shadow = glb.material("contact_shadow", base=(0, 0, 0, 1), alpha="BLEND", roughness=1.0, unlit=True)
     mesh = glb.mesh(name, [*primitives, _shadow(glb, rig, shadow)])
     nodes = _nodes(glb, rig)
@@ -110,21 +113,21 @@ def _flat(parts):
     return positions, normals, np.concatenate(triangles), rows
 
 
-def _skinned(glb, parts, light, size, material):
+def _skinned(glb, parts, openness, size, material):
     positions, normals, triangles, _ = _flat(parts)
     weights = np.concatenate([part.weights.reshape(-1, part.weights.shape[2]) for part in parts])
     weights = np.clip(weights, 0, None)
     joints = np.argsort(-weights, axis=1, kind="stable")[:, :4]
     shares = np.take_along_axis(weights, joints, axis=1)
     joints[shares <= 0] = 0
-    colours = np.repeat(np.concatenate([light[id(part)] for part in parts])[:, None], 3, axis=1)
+    shade = ao.on_ramp(np.concatenate([openness[id(part)] for part in parts]))
     uv = np.concatenate([paint.texture_coordinates(part, size) for part in parts])
-    return glb.primitive(positions, normals, triangles, material, uv=uv, colors=colours, joints=joints, weights=shares)
+    return glb.primitive(positions, normals, triangles, material, uv=uv, uv1=shade, joints=joints, weights=shares)
 
 
-def _occlusion(pieces):
-    """Baked ambient occlusion of the bind pose with a floor, by part; what lies inside another part takes its
-    neighbours' light. What is not in every variant darkens nothing but itself.
+def _openness(pieces):
+    """How much of the light from all around reaches each vertex, in the bind pose on a floor, by part; what lies inside another part
+    takes its neighbours' share. What is not in every variant darkens nothing but itself.
     """
     floor = np.array([[-3, 0, -3], [-3, 0, 3], [3, 0, 3], [3, 0, -3]], dtype=np.float64)
     light = {}
@@ -136,8 +139,10 @@ def _occlusion(pieces):
             np.concatenate([triangles, np.array([[0, 1, 2], [0, 2, 3]]) + len(positions)]),
         )
         positions, normals, _, rows = _flat(parts)
-        open_share, backs = ao.openness(soup, positions, normals, reach=0.45, count=96, lift=0.003)
-        found = _without_hidden(0.30 + 0.70 * smoothstep(-0.05, 0.95, open_share), backs > 0.25, rows)
+        open_share, backs = ao.openness(soup, positions, normals, reach=0.45, count=96, lift=0.003, solid=len(triangles))
+        # What is hidden is hidden by clothes and skin, which send some of their light on.
+        light_there = open_share / (1 - REFLECTANCE * (1 - open_share))
+        found = _without_hidden(light_there, backs > 0.25, rows)
         for part, (base, (height, width)) in zip(parts, rows):
             light[id(part)] = found[base : base + height * width]
 
@@ -167,7 +172,7 @@ def _without_hidden(light, hidden, rows):
             grid[fill] = total[fill] / count[fill]
             unknown &= ~fill
         grid[:, -1] = grid[:, 0] = (grid[:, 0] + grid[:, -1]) / 2
-        light[block] = np.maximum(grid, 0.35).reshape(-1)
+        light[block] = np.maximum(grid, LEAST_LIGHT).reshape(-1)
     return light
 
 

@@ -1,16 +1,12 @@
 """Collects coloured meshes by material, bakes how open each vertex is, writes one GLB.
 
-How open a vertex is lies beside its colour, as a place on the ramp of an occlusion texture: it darkens light from all around only, and
-nothing where that light is baked, which knows by itself what is hidden.
-
 Everything is placed in world axes (z up, x along the street); the file gets glTF's (x, z, -y).
 """
 
 import numpy as np
 
 from .. import ao, shapes
-from ..glb import CLAMP, LEAST_STEP, LINEAR, Glb
-from ..images import png
+from ..glb import LEAST_STEP, Glb
 from ..noise import smoothstep
 
 REACH_M = 2.5  # farther things darken nothing
@@ -66,17 +62,6 @@ def solid(mesh):
     return mesh.triangles[area > 1e-8]
 
 
-def occlusion_ramp(glb):
-    """The texture of Glb.material's `occlusion_texture` for coordinates of on_ramp()."""
-    return glb.texture(glb.image(png([[0, 1]]), "image/png", "occlusion"), CLAMP, minify=LINEAR)
-
-
-def on_ramp(openness):
-    """Where on the ramp each vertex has its share of light, 0 to 1: from the middle of the first texel to that of the second."""
-    openness = np.asarray(openness, dtype=float)
-    return np.stack([0.25 + 0.5 * openness, np.full(len(openness), 0.5)], axis=1)
-
-
 class Builder:
     """`materials`: name -> keys of Glb.material; a texture is given as a PNG or JPEG of (bytes, mime)."""
 
@@ -103,7 +88,7 @@ class Builder:
         )
         light = least_light + (1 - least_light) * smoothstep(-0.05, 0.95, open_share)
         glb = Glb(self.name)
-        ramp = occlusion_ramp(glb)
+        ramp = ao.ramp(glb)
         numbers = {}
         for name, keys in self.materials.items():
             if any(material == name for _, material, *_ in self._parts):
@@ -125,7 +110,7 @@ class Builder:
                 openness.append(light[base : base + count] if told is None else np.full(count, told))
             base += count
         mesh, colours = shapes.join(*chosen), np.concatenate(colours)
-        shade = on_ramp(np.concatenate(openness))
+        shade = ao.on_ramp(np.concatenate(openness))
         textured = "texture" in self.materials[name]
         return glb.primitive(
             mesh.positions,

@@ -10,7 +10,7 @@ import numpy as np
 from .. import ao, shapes
 from ..glb import Glb
 from ..noise import smoothstep
-from .builder import linear, occlusion_ramp, on_ramp, solid
+from .builder import linear, solid
 
 MATERIALS = {
     "paint": {"roughness": 0.35},
@@ -266,7 +266,7 @@ def _primitives(glb, numbers, parts, light=None):
                 mesh.normals,
                 solid(mesh),
                 numbers[material],
-                uv=None if light is None else on_ramp(np.concatenate([shade for *_, shade in items])),
+                uv=None if light is None else ao.on_ramp(np.concatenate([shade for *_, shade in items])),
                 colors=np.concatenate([colours for _, colours, _ in items]),
             )
         )
@@ -315,7 +315,7 @@ def car(name):
     shape, colour = CARS[name]
     glb = Glb(name)
     own = {"base": tuple(linear(colour)), "extras": {"camrig_variants": {"colors": [[round(float(v), 4) for v in linear(c)] for c in PAINTS]}}}
-    shade = {"occlusion_texture": occlusion_ramp(glb), "occlusion_set": 0}
+    shade = {"occlusion_texture": ao.ramp(glb), "occlusion_set": 0}
     numbers = {key: glb.material(key, **keys, **shade, **(own if key == "paint" else {})) for key, keys in MATERIALS.items()}
     shadow = glb.material("contact_shadow", base=(0, 0, 0, 1), alpha="BLEND", roughness=1.0, unlit=True)
     body = _body(shape, colour)
