@@ -35,40 +35,36 @@ std::uint32_t pixel_of_picture(const RowsOfView& of, const glm::vec3& light, int
     return pixel;
 }
 
-/// The layer's fragments in the rectangles, as if nothing moved; of pixels that show something of the picture of a
-/// backdrop, the canvas has its colour, for shadows to darken.
+/// The layer's fragments in the rectangles, as if nothing moved, which the band has then; of pixels that show something
+/// of the picture of a backdrop, the canvas has its colour, for shadows to darken.
 void take_out_shadows(const RowsOfView& of, StaticPixels& statics) {
+    AreaBand& band = of.band;
+    band.fragment_of_place.clear();
+    band.positions.clear();
     each_static_pixel(of, statics, [&](int x, int y, std::uint32_t first, std::uint32_t end) {
         for (std::uint32_t i = first; i < end; ++i) {
             statics.fragments[i].color = statics.lit_colors[i];
             if (is_of_picture(of, statics, i))
                 of.work.canvas.color(y)[x] = pixel_of_picture(of, statics.lit_colors[i], x, y);
+            if (statics.place_of_fragment[i] == no_place) continue;
+            band.fragment_of_place.push_back(i);
+            band.positions.push_back(statics.positions[statics.place_of_fragment[i]]);
         }
     });
 }
 
-/// The fragments in the rectangles that movers may shade.
+/// Those of the band's fragments that movers may shade.
 void find_shadowed_fragments(const RowsOfView& of, const ViewGeometry& geometry, const StaticPixels& statics) {
     AreaBand& band = of.band;
     band.places.clear();
-    band.fragment_of_place.clear();
-    each_static_pixel(of, statics, [&](int, int, std::uint32_t first, std::uint32_t end) {
-        for (std::uint32_t i = first; i < end; ++i) {
-            if (statics.place_of_fragment[i] == no_place) continue;
-            band.places.add(statics.places[statics.place_of_fragment[i]]);
-            band.fragment_of_place.push_back(i);
-        }
-    });
-    band.is_shadowed.resize(band.places.places.size());
-    find_shadowed(geometry, band.places.places, band.is_shadowed);
-    std::size_t left = 0;
+    band.is_shadowed.resize(band.positions.size());
+    find_shadowed(geometry, band.positions, band.is_shadowed);
     for (std::size_t i = 0; i < band.is_shadowed.size(); ++i) {
         if (band.is_shadowed[i] == 0) continue;
-        band.places.places[left] = band.places.places[i];
-        band.fragment_of_place[left++] = band.fragment_of_place[i];
+        const std::uint32_t fragment = band.fragment_of_place[i];
+        band.fragment_of_place[band.places.add(statics.places[statics.place_of_fragment[fragment]])] = fragment;
     }
-    band.places.places.resize(left);
-    band.fragment_of_place.resize(left);
+    band.fragment_of_place.resize(band.places.places.size());
 }
 
 }  // namespace

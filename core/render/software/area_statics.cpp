@@ -110,6 +110,7 @@ void shade_static_fragments(const RowsOfView& of) {
     }
     if (!is_apart) return;
     statics.places = of.band.places.places;
+    statics.positions = positions_of(of.scratch.geometry, statics.places);
     statics.place_of_fragment = of.band.place_of_fragment;
     for (const StaticFragment& fragment : statics.fragments) statics.lit_colors.push_back(fragment.color);
 }

@@ -8,6 +8,7 @@ void StaticPixels::clear(int width, int y0, int y1) {
     lit_colors.clear();
     place_of_fragment.clear();
     places.clear();
+    positions.clear();
     first.assign(1, 0);
 }
 
@@ -35,6 +36,7 @@ void AreaScratch::gather(StaticPixels& to) const {
         for (const std::uint32_t place : from.place_of_fragment)
             to.place_of_fragment.push_back(place == no_place ? no_place : place + place_offset);
         to.places.insert(to.places.end(), from.places.begin(), from.places.end());
+        to.positions.insert(to.positions.end(), from.positions.begin(), from.positions.end());
         for (std::size_t k = 0; k + 1 < from.first.size(); ++k) to.first.push_back(from.first[k] + offset);
     }
     to.marked.number();
@@ -44,6 +46,7 @@ void AreaScratch::gather(StaticPixels& to) const {
     to.lit_colors.shrink_to_fit();
     to.place_of_fragment.shrink_to_fit();
     to.places.shrink_to_fit();
+    to.positions.shrink_to_fit();
 }
 
 }  // namespace camrig::render::software

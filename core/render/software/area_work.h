@@ -29,6 +29,7 @@ struct StaticPixels {
     std::vector<glm::vec3> lit_colors;
     std::vector<std::uint32_t> place_of_fragment;
     std::vector<ShadedPlace> places;
+    std::vector<glm::vec3> positions;  ///< of these, in the optical frame
 
     void clear(int width, int y0, int y1);
     /// None: the pixel shows what its centre does.
@@ -42,7 +43,7 @@ struct StaticPixels {
                static_cast<std::int64_t>(first.size() * sizeof first[0] + fragments.size() * sizeof fragments[0] +
                                          lit_colors.size() * sizeof lit_colors[0] +
                                          place_of_fragment.size() * sizeof place_of_fragment[0] +
-                                         places.size() * sizeof places[0]);
+                                         places.size() * sizeof places[0] + positions.size() * sizeof positions[0]);
     }
 };
 
@@ -61,8 +62,9 @@ struct AreaBand {
     PixelFragments fragments;
     ShadedPlaces places;
     std::vector<std::uint32_t> place_of_fragment;
-    /// Of `places` of what stands still, while shadows are looked for on it.
+    /// Fragments of what stands still that shadows are looked for on, and their positions; then of `places`.
     std::vector<std::uint32_t> fragment_of_place;
+    std::vector<glm::vec3> positions;
     std::vector<std::uint8_t> is_shadowed;
     MixedPixels mixed;
 };

@@ -53,8 +53,8 @@ struct ViewDraw : scene::SeenSurface {
     /// Quality fast: light of each vertex, into ViewGeometry::vertex_lights; -1: shaded per pixel or not at all.
     std::ptrdiff_t vertex_lights = -1;
     glm::mat3 optical_from_normal{1.0f};
-    glm::vec2 light_map_at{0.0f};                             ///< of its rectangle, of the map's sides
-    std::optional<scene::SurroundingsInView> surroundings{};  ///< of what has no map where there is baked light
+    glm::vec2 light_map_at{0.0f};                     ///< of its rectangle, of the map's sides
+    std::optional<world::LightProbe> surroundings{};  ///< of what has no map where there is baked light
 };
 
 struct VertexLight {

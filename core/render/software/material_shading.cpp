@@ -126,7 +126,10 @@ CAMRIG_LANES Lanes3 light_around(const ViewGeometry& geometry, const ViewDraw& d
         return Lanes3{light[0], light[1], light[2]} * splat(geometry.light_of_map());
     }
     if (draw.surroundings) {
-        const Lanes3 light = splat(draw.surroundings->mean) + turned(draw.surroundings->along, n);
+        Lanes3 light = splat(draw.surroundings->mean) + turned(draw.surroundings->along, n);
+        const std::array<Lanes, world::product_count> products = world::products_of(n);
+        for (std::size_t i = 0; i < products.size(); ++i)
+            light = light + splat(draw.surroundings->products[i]) * products[i];
         return {max(light.x, Lanes{}), max(light.y, Lanes{}), max(light.z, Lanes{})};
     }
     return hemisphere<PointGroup>(geometry.light(), n);
@@ -259,7 +262,10 @@ CAMRIG_LANES void shade_body(const ViewGeometry& geometry, const ViewDraw& draw,
     }
     Rgba made{sum + emissive, base.a};
     if (geometry.has_tone_curve()) made.rgb = pbr_neutral(made.rgb);
-    if (is_glass) made = blended_over(made.rgb, 1.0f - (1.0f - base.a) * (1.0f - mean(mirror.share)));
+    if (is_glass) {
+        made = blended_over(made.rgb, 1.0f - (1.0f - base.a) * (1.0f - mean(mirror.share)));
+        made.tint = splat(material.tint);
+    }
     to = made;
 }
 

@@ -8,6 +8,7 @@ namespace camrig::render::software {
 struct Rgba {
     Lanes3 rgb;
     Lanes a;
+    Lanes3 tint{lanes(1.0f), lanes(1.0f), lanes(1.0f)};  ///< of what is behind
 };
 
 /// Linear light of a group of points of a lit surface. has_movers: in the shadows of what moves, too. Not inlined: it

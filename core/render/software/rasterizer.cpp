@@ -212,21 +212,16 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
             const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y),
                                           rays_through(geometry, x, y), has_movers);
             const Lanes alpha = clamp01(color.a);
-            if (canvas.light) {
-                const Lanes3 under = light_at(canvas.light, x, y);
-                return store(canvas.light, x, y, mask, color.rgb * alpha + under * (1.0f - alpha));
-            }
+            const Lanes3 through = color.tint * (1.0f - alpha);
+            if (canvas.light)
+                return store(canvas.light, x, y, mask, color.rgb * alpha + light_at(canvas.light, x, y) * through);
             const IntLanes pixels = load_lanes(colors(y) + x);
             const auto light = [&](int shift) __attribute__((always_inline)) {
                 return gathered<Isa>(linear.data(), pixels >> shift & 0xFF);
             };
-            const Lanes3 behind{light(0), light(8), light(16)};
-            const auto mixed = [&](Lanes over, Lanes under) __attribute__((always_inline)) {
-                return srgb(clamp01(over) * alpha + under * (1.0f - alpha));
-            };
-            store(
-                colors(y), x, mask,
-                pixels_of({mixed(color.rgb.x, behind.x), mixed(color.rgb.y, behind.y), mixed(color.rgb.z, behind.z)}));
+            const Lanes3 over{clamp01(color.rgb.x), clamp01(color.rgb.y), clamp01(color.rgb.z)};
+            const Lanes3 mixed = over * alpha + Lanes3{light(0), light(8), light(16)} * through;
+            store(colors(y), x, mask, pixels_of({srgb(mixed.x), srgb(mixed.y), srgb(mixed.z)}));
         });
     }
 }

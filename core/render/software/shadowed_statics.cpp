@@ -48,7 +48,7 @@ struct PlaceInView {
     glm::vec3 ray;
     float depth;
 };
-CAMRIG_LANES PlaceInView place_in_view(const ViewGeometry& geometry, const ShadedPlace& place) {
+PlaceInView place_in_view(const ViewGeometry& geometry, const ShadedPlace& place) {
     const double column = place.x / subpixels, row = place.y / subpixels;
     if (geometry.rays() != nullptr) {
         const auto x = static_cast<int>(std::lround(column)), y = static_cast<int>(std::lround(row));
@@ -68,31 +68,25 @@ CAMRIG_LANES PlaceInView place_in_view(const ViewGeometry& geometry, const Shade
 }
 
 template <typename Isa>
-CAMRIG_LANES void find_shadowed_places_body(const ViewGeometry& geometry, std::span<const ShadedPlace> places,
+CAMRIG_LANES void find_shadowed_points_body(const ViewGeometry& geometry, std::span<const glm::vec3> positions,
                                             std::span<std::uint8_t> to) {
-    const auto farthest = geometry.farthest();
-    const auto depth_shift = static_cast<float>(geometry.transform().depth_shift);
-    for (std::size_t first = 0; first < places.size(); first += lane_count) {
-        const std::size_t count = std::min<std::size_t>(lane_count, places.size() - first);
-        Lanes3 ray{};
-        Lanes depth{};
+    for (std::size_t first = 0; first < positions.size(); first += lane_count) {
+        const std::size_t count = std::min<std::size_t>(lane_count, positions.size() - first);
+        Lanes3 position{};
         for (std::size_t i = 0; i < lane_count; ++i) {
-            const std::size_t at = first + std::min(i, count - 1);
+            const glm::vec3& at = positions[first + std::min(i, count - 1)];
             const auto lane = static_cast<int>(i);
-            const PlaceInView place = place_in_view(geometry, places[at]);
-            ray.x[lane] = place.ray.x;
-            ray.y[lane] = place.ray.y;
-            ray.z[lane] = place.ray.z;
-            depth[lane] = place.depth;
+            position.x[lane] = at.x;
+            position.y[lane] = at.y;
+            position.z[lane] = at.z;
         }
-        const Lanes3 position = ray * (depth_shift / (depth - farthest));
         const IntLanes shadowed = may_be_shadowed<Isa>(geometry, position);
         for (std::size_t i = 0; i < count; ++i) to[first + i] = shadowed[static_cast<int>(i)] != 0;
     }
 }
-CAMRIG_WIDE void find_shadowed_places_wide(const ViewGeometry& geometry, std::span<const ShadedPlace> places,
+CAMRIG_WIDE void find_shadowed_points_wide(const ViewGeometry& geometry, std::span<const glm::vec3> positions,
                                            std::span<std::uint8_t> to) {
-    find_shadowed_places_body<Avx2Isa>(geometry, places, to);
+    find_shadowed_points_body<Avx2Isa>(geometry, positions, to);
 }
 
 CAMRIG_WIDE void find_shadowed_wide(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depths,
@@ -108,9 +102,21 @@ void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<flo
     find_shadowed_body<PlainIsa>(geometry, rect, depth, numbers, to);
 }
 
-void find_shadowed(const ViewGeometry& geometry, std::span<const ShadedPlace> places, std::span<std::uint8_t> to) {
-    if (geometry.wide_lanes()) return find_shadowed_places_wide(geometry, places, to);
-    find_shadowed_places_body<PlainIsa>(geometry, places, to);
+void find_shadowed(const ViewGeometry& geometry, std::span<const glm::vec3> positions, std::span<std::uint8_t> to) {
+    if (geometry.wide_lanes()) return find_shadowed_points_wide(geometry, positions, to);
+    find_shadowed_points_body<PlainIsa>(geometry, positions, to);
+}
+
+std::vector<glm::vec3> positions_of(const ViewGeometry& geometry, std::span<const ShadedPlace> places) {
+    const auto farthest = geometry.farthest();
+    const auto depth_shift = static_cast<float>(geometry.transform().depth_shift);
+    std::vector<glm::vec3> made;
+    made.reserve(places.size());
+    for (const ShadedPlace& place : places) {
+        const PlaceInView at = place_in_view(geometry, place);
+        made.push_back(at.ray * (depth_shift / (at.depth - static_cast<float>(farthest))));
+    }
+    return made;
 }
 
 }  // namespace camrig::render::software

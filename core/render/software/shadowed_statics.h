@@ -1,6 +1,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "core/render/software/place_shading.h"
 #include "core/render/software/rasterizer.h"
@@ -22,7 +23,9 @@ struct ShadowedStatics {
 /// depth: of what stands still.
 void find_shadowed(const ViewGeometry& geometry, const PixelRect& rect, Rows<float> depth, Rows<std::uint32_t> numbers,
                    Rows<std::uint32_t> to);
-/// The same of places: whether movers may be in the way of their light.
-void find_shadowed(const ViewGeometry& geometry, std::span<const ShadedPlace> places, std::span<std::uint8_t> to);
+/// The same of points: whether movers may be in the way of their light.
+void find_shadowed(const ViewGeometry& geometry, std::span<const glm::vec3> positions, std::span<std::uint8_t> to);
+/// Where places lie, in the optical frame.
+std::vector<glm::vec3> positions_of(const ViewGeometry& geometry, std::span<const ShadedPlace> places);
 
 }  // namespace camrig::render::software

@@ -111,11 +111,11 @@ def _moving(rows: Rows, plan: Plan) -> None:
 
 
 def _jpeg(rows: Rows, strips: runs.Realtime, plain: runs.Realtime) -> None:
-    theirs = limits.tjbench_ms(pictures(), 90)
+    theirs = limits.tjbench_ms(pictures()[:1], 90)  # of the place that the one camera has
     ours, changed = plain.reading.stages["encode"]["p50_ms"], strips.reading.stages["encode"]["p50_ms"]
     if theirs is None:
         return rows.add("JPEG stage against tjbench", "1.15 x", "not measured: tjbench is not installed (libjpeg-turbo-progs)", False)
-    rows.add("JPEG stage (one camera, median) against tjbench on pictures of the same cameras", "1.15 x", 
+    rows.add("JPEG stage (one camera, median) against tjbench on a picture of that camera", "1.15 x", 
              f"{ours:.2f} / {theirs:.2f} ms = {ours / theirs:.2f} x with all rows compressed (`--static-layer-mb 0`); only those that changed: {changed:.2f} ms", ours <= 1.15 * theirs, "", "jpeg")
 
 
