@@ -143,7 +143,7 @@ void Output::leave_out_failing(Item& item) {
         reader->stats->fault.fetch_add(1, std::memory_order_relaxed);
         if (!is_out) {
             std::lock_guard lock(reader->mutex);
-            reader->sink->hold_back(info);
+            reader->sink->hold_back();
             return true;
         }
         {
@@ -223,7 +223,7 @@ Result<void> Output::write_in_time(Reader& reader, MediaUnit unit) {
         reader.stats->dropped.fetch_add(1, std::memory_order_relaxed);
         reader.stats->fault.fetch_add(1, std::memory_order_relaxed);
         fault::note(*faults, kind, fault::whole_loss(*rate->by, unit.bytes->size()));
-        reader.sink->hold_back(unit.info);
+        reader.sink->hold_back();
         return {};
     }
     const std::int64_t late = faults ? fault::frames_late(*faults, kind) : 0;
@@ -244,7 +244,7 @@ Result<void> Output::write_in_time(Reader& reader, MediaUnit unit) {
         is_written = true;
         if (auto written = write(reader, next); !written) return written;
     }
-    if (!is_written) reader.sink->hold_back(now);
+    if (!is_written) reader.sink->hold_back();
     return {};
 }
 

@@ -66,8 +66,8 @@ public:
     /// subscription.
     virtual Result<void> write(const MediaUnit& unit) = 0;
     virtual void close() noexcept = 0;
-    /// A fault keeps this frame from it, and whatever it would send meanwhile in its place. Until the next write().
-    virtual void hold_back(const frame::FrameInfo& info) { (void)info; }
+    /// A fault keeps a frame from it, and whatever it would send meanwhile in its place. Until the next write().
+    virtual void hold_back() {}
     /// A fault breaks the connection: close() is next, and the peer shall hear nothing of it.
     virtual void reset() {}
     /// The books of those to whom the sink hands the units on, where it does. Any thread, at any time.

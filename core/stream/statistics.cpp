@@ -16,12 +16,12 @@ int bucket_of(std::uint64_t ns) {
     return (octave - 2) * buckets_per_octave + eighth;
 }
 
-/// The middle of a bucket, ns.
-double middle_of(int bucket) {
+/// Where a bucket begins, ns.
+double begin_of(int bucket) {
     if (bucket < buckets_per_octave) return bucket;
     const int octave = bucket / buckets_per_octave + 2;
     const int eighth = bucket % buckets_per_octave;
-    return (8.5 + eighth) * static_cast<double>(std::uint64_t{1} << (octave - 3));
+    return (8.0 + eighth) * static_cast<double>(std::uint64_t{1} << (octave - 3));
 }
 
 }  // namespace
@@ -53,11 +53,15 @@ StageTimer::Summary StageTimer::summary() const {
     if (all == 0) return summary;
     const double max_ms = static_cast<double>(max_ns_.load(std::memory_order_relaxed)) / 1e6;
     const auto quantile = [&](double q) {
-        const auto rank = static_cast<std::uint64_t>(q * static_cast<double>(all - 1)) + 1;
-        std::uint64_t below = 0;
+        // Within a bucket durations are taken to be spread evenly.
+        double left = q * static_cast<double>(all - 1) + 0.5;
         for (int i = 0; i < bucket_count; ++i) {
-            below += counts[static_cast<std::size_t>(i)];
-            if (below >= rank) return std::min(middle_of(i) / 1e6, max_ms);
+            const auto count = static_cast<double>(counts[static_cast<std::size_t>(i)]);
+            if (left < count) {
+                const double from_ms = begin_of(i) / 1e6, to_ms = std::min(begin_of(i + 1) / 1e6, max_ms);
+                return from_ms + (to_ms - from_ms) * left / count;
+            }
+            left -= count;
         }
         return max_ms;
     };

@@ -35,7 +35,7 @@ struct ReaderStats {
     ReaderReport report() const;
 };
 
-/// Durations of one stage of the pipeline, as a histogram with 8 buckets per factor of two (at most 9 % wide),
+/// Durations of one stage of the pipeline, as a histogram with 8 buckets per factor of two (at most 13 % wide),
 /// lock-free.
 class StageTimer {
 public:

@@ -63,14 +63,6 @@ Reply cameras_reply(ServerState& state) {
 
 Reply picture_reply(const stream::MediaUnit& unit, const HttpRequest& request) {
     Reply reply;
-    reply.fields = frame_fields(unit.info);
-    reply.fields.emplace_back("Cache-Control", "no-store");
-    const std::string etag = etag_of(unit.info);
-    reply.fields.emplace_back("ETag", etag);
-    if (etag_matches(request.if_none_match, etag)) {
-        reply.status = 304;
-        return reply;
-    }
     if (request.route.kind == RouteKind::floats) {
         const frame::FrameKind kind = request.route.frame;
         if (!unit.frame || unit.frame->info().format != format_of(kind))
@@ -79,13 +71,21 @@ Reply picture_reply(const stream::MediaUnit& unit, const HttpRequest& request) {
         reply.text = npy_float32_head(unit.frame->info().size, kind == frame::FrameKind::flow ? 2 : 1);
         reply.data = unit.frame->bytes();
         reply.keep = unit.frame;
-        return reply;
+    } else {
+        if (!unit.bytes) return error_reply({ErrorKind::internal, "the picture came without bytes"});
+        reply.content_type = request.route.codec == codec::Codec::jpeg ? "image/jpeg" : "image/png";
+        reply.data = *unit.bytes;
+        reply.keep = unit.bytes;
     }
-    if (!unit.bytes) return error_reply({ErrorKind::internal, "the picture came without bytes"});
-    reply.content_type = request.route.codec == codec::Codec::jpeg ? "image/jpeg" : "image/png";
-    reply.data = *unit.bytes;
-    reply.keep = unit.bytes;
-    return reply;
+    const std::string etag = etag_of(unit.info, reply.data);
+    reply.fields = frame_fields(unit.info);
+    reply.fields.emplace_back("Cache-Control", "no-store");
+    reply.fields.emplace_back("ETag", etag);
+    if (!etag_matches(request.if_none_match, etag)) return reply;
+    Reply same;
+    same.status = 304;
+    same.fields = std::move(reply.fields);
+    return same;
 }
 
 Reply too_many_fetches() {

@@ -26,7 +26,7 @@ void MjpegSink::close() noexcept {
     event_->set();
 }
 
-void MjpegSink::hold_back(const frame::FrameInfo&) {
+void MjpegSink::hold_back() {
     is_held_back_ = true;
 }
 

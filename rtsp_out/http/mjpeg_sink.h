@@ -31,7 +31,7 @@ public:
     Result<void> write(const stream::MediaUnit& unit) override;
     /// No more units will come; the one that waits may still be taken.
     void close() noexcept override;
-    void hold_back(const frame::FrameInfo& info) override;
+    void hold_back() override;
     void reset() override { is_reset_ = true; }
 
     /// The unit to send next; nullopt: none has come since.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "core/base/clock.h"
@@ -126,9 +128,9 @@ std::vector<std::pair<std::string, std::string>> frame_fields(const frame::Frame
     return fields;
 }
 
-std::string etag_of(const frame::FrameInfo& info) {
-    return "\"" + (info.camera ? *info.camera : std::string()) + "-" +
-           std::to_string(static_cast<std::uint32_t>(info.camera_id)) + "-" + std::to_string(info.sequence) + "\"";
+std::string etag_of(const frame::FrameInfo& info, std::span<const std::byte> bytes) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return fmt::format("\"{}-{:016x}\"", info.sequence, std::hash<std::string_view>{}(text));
 }
 
 bool etag_matches(std::string_view if_none_match, std::string_view etag) {

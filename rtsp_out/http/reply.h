@@ -46,8 +46,9 @@ std::string head_of(const Reply& reply, unsigned version, bool keep_alive);
 /// The fields that say which frame a picture is: X-Sequence, X-World-Time-Ns, X-Monotonic-Ns.
 std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info);
 
-/// The entity tag of a frame: camera, its id (another one when it is deleted and made again) and sequence.
-std::string etag_of(const frame::FrameInfo& info);
+/// The entity tag of a picture: its sequence, and a digest of its bytes, for a camera that is changed in a world that
+/// stands shows another picture of the same sequence.
+std::string etag_of(const frame::FrameInfo& info, std::span<const std::byte> bytes);
 
 /// True if an If-None-Match field names this tag.
 bool etag_matches(std::string_view if_none_match, std::string_view etag);

@@ -47,4 +47,16 @@ inline std::optional<Nal> next_nal(std::span<const std::byte> data, std::size_t 
     return nal;
 }
 
+/// How much of an access unit of H.265 is to be left out at its begin. The first of an encoder may have parameter sets
+/// twice: x265enc (GStreamer 1.22) takes more of x265's header than there is, so that its picture parameter set ends
+/// with bytes of memory that were never written, which may look like slices too. x265 (repeat-headers) sends its own
+/// behind them, each from a video parameter set on.
+inline std::size_t begin_of_last_parameter_sets(std::span<const std::byte> access_unit) {
+    constexpr std::uint8_t video_parameter_set = 32;
+    std::size_t begin = 0;
+    for (auto nal = next_nal(access_unit, 0); nal; nal = next_nal(access_unit, nal->end))
+        if (nal->type(NalCodec::h265) == video_parameter_set) begin = nal->begin;
+    return begin;
+}
+
 }  // namespace camrig::rtsp

@@ -11,6 +11,23 @@
 #include "rtsp_out/rtsp/pipeline_requests.h"
 
 namespace camrig::rtsp {
+namespace {
+
+void leave_out_false_head(GstPadProbeInfo* info) {
+    GstBuffer* const encoded = GST_PAD_PROBE_INFO_BUFFER(info);
+    GstMapInfo map;
+    // Only key pictures have parameter sets.
+    if (GST_BUFFER_FLAG_IS_SET(encoded, GST_BUFFER_FLAG_DELTA_UNIT)) return;
+    if (!gst_buffer_map(encoded, &map, GST_MAP_READ)) return;
+    const std::size_t begin = begin_of_last_parameter_sets(
+        {reinterpret_cast<const std::byte*>(map.data), static_cast<std::size_t>(map.size)});
+    gst_buffer_unmap(encoded, &map);
+    if (begin == 0) return;
+    GST_PAD_PROBE_INFO_DATA(info) = gst_buffer_copy_region(encoded, GST_BUFFER_COPY_ALL, begin, static_cast<gsize>(-1));
+    gst_buffer_unref(encoded);
+}
+
+}  // namespace
 
 std::shared_ptr<MediaFeed> MediaFeed::create(Options options, GstElement* bin) {
     std::shared_ptr<MediaFeed> feed(new MediaFeed(std::move(options), bin));
@@ -131,7 +148,7 @@ Result<void> MediaFeed::write(const stream::MediaUnit& unit) {
 
 void MediaFeed::close() noexcept {}
 
-void MediaFeed::hold_back(const frame::FrameInfo&) {
+void MediaFeed::hold_back() {
     std::lock_guard lock(mutex_);
     is_held_back_ = true;
 }
@@ -179,6 +196,7 @@ GstPadProbeReturn MediaFeed::on_packets(GstPad* pad, GstPadProbeInfo* info, void
 GstPadProbeReturn MediaFeed::on_encoded(GstPad* pad, GstPadProbeInfo* info, void* feed) {
     const auto self = static_cast<std::weak_ptr<MediaFeed>*>(feed)->lock();
     if (!self) return GST_PAD_PROBE_OK;
+    if (self->options_.codec == NalCodec::h265) leave_out_false_head(info);
     GstBuffer* encoded = GST_PAD_PROBE_INFO_BUFFER(info);
     GstBufferHandle sent = sent_in_place_of(encoded, pad, self->options_.codec, self->on_way_);
     if (!sent) return GST_PAD_PROBE_OK;

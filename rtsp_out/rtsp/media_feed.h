@@ -82,7 +82,7 @@ public:
     Result<void> open(const stream::StreamInfo& info) override;
     Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override;
-    void hold_back(const frame::FrameInfo& info) override;
+    void hold_back() override;
     void reset() override { is_reset_ = true; }
 
 private:
@@ -121,7 +121,7 @@ private:
     std::uint64_t ssrc_epoch_ = 0;                      ///< of it
     std::shared_ptr<stream::ReaderStats> stats_;
     std::optional<stream::MediaUnit> last_;  ///< without its latch; there once a stamp was given
-    PictureStamps stamps_{options_.timeline.base_ns()};
+    PictureStamps stamps_{options_.timeline.base_ns(), options_.rate};
     StreamTimes times_{options_.timeline};
 
     std::mutex subscription_mutex_;

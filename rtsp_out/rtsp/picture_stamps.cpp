@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/stream/silence.h"
 #include "rtsp_out/rtsp/rtp_timeline.h"
 
 namespace camrig::rtsp {
@@ -9,7 +10,7 @@ namespace {
 
 /// Two pictures never share a tick of the RTP clock.
 constexpr TimeNs min_step_ns = ns_per_s / RtpTimeline::ticks_per_s + 1;
-/// When the last picture is sent again: nothing new came for so long.
+/// When the last picture is sent again: nothing new came for so long, or for two periods of a slow stream.
 constexpr TimeNs repeat_after_ns = ns_per_s;
 /// Programs on ffmpeg's libraries open a stream only when they have seen some 20 pictures.
 constexpr TimeNs opening_ns = 5 * ns_per_s;
@@ -32,9 +33,10 @@ std::optional<TimeNs> PictureStamps::of_new(TimeNs instant_ns, TimeNs now_ns, bo
 }
 
 std::optional<TimeNs> PictureStamps::of_repeat(TimeNs now_ns) {
-    if (last_sent_ns_ == 0 || now_ns - last_new_ns_ < repeat_after_ns) return std::nullopt;
     const bool is_opening = now_ns - joined_ns_ < opening_ns;
-    if (now_ns - last_sent_ns_ < (is_opening ? opening_repeat_ns : repeat_after_ns)) return std::nullopt;
+    const TimeNs silence_ns = is_opening ? repeat_after_ns : stream::silence_ns(rate_, repeat_after_ns);
+    if (last_sent_ns_ == 0 || now_ns - last_new_ns_ < silence_ns) return std::nullopt;
+    if (now_ns - last_sent_ns_ < (is_opening ? opening_repeat_ns : silence_ns)) return std::nullopt;
     return repeated(now_ns);
 }
 

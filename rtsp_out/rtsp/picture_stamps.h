@@ -2,23 +2,24 @@
 
 #include <optional>
 
+#include "core/base/rate.h"
 #include "core/base/time.h"
 
 namespace camrig::rtsp {
 
 /// The timestamps of one stream's pictures, in CLOCK_MONOTONIC, and when its last picture is to be sent again.
 ///
-/// A picture's timestamp is its instant; timestamps strictly increase. When nothing new comes for a second the last
-/// picture is sent again, for a new client ten times a second, so that clients open at once and do not time out while
-/// the world stands still. A repeat's timestamp lies in the past, by more than the last picture was late, so that the
-/// next picture can have its own instant. If it still cannot, it is left out: with another timestamp, a client that
-/// pairs the pictures of streams by time would pair it wrongly.
+/// A picture's timestamp is its instant; timestamps strictly increase. When nothing new comes for a second (two periods
+/// of a slow stream) the last picture is sent again, for a new client ten times a second, so that clients open at once
+/// and do not time out while the world stands still. A repeat's timestamp lies in the past, by more than the last
+/// picture was late, so that the next picture can have its own instant. If it still cannot, it is left out: with
+/// another timestamp, a client that pairs the pictures of streams by time would pair it wrongly.
 ///
 /// Plain arithmetic, reads no clock. One thread at a time.
 class PictureStamps {
 public:
-    /// No stamp is before `base_ns`.
-    explicit PictureStamps(TimeNs base_ns) : base_ns_(base_ns) {}
+    /// No stamp is before `base_ns`; `rate`: of the stream.
+    PictureStamps(TimeNs base_ns, const Rate& rate) : base_ns_(base_ns), rate_(rate) {}
 
     /// For the stream's first picture: its instant, or a repeat's timestamp if the instant is before base_ns.
     TimeNs of_first(TimeNs instant_ns, TimeNs now_ns);
@@ -35,6 +36,7 @@ private:
     TimeNs repeated(TimeNs now_ns);
 
     const TimeNs base_ns_;
+    const Rate rate_;
     bool is_repeat_ = false;   ///< the last stamp was made up
     TimeNs lag_ns_ = 0;        ///< of a repeat behind now
     TimeNs last_ns_ = 0;       ///< the last stamp

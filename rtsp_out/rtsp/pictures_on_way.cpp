@@ -1,5 +1,6 @@
 #include "rtsp_out/rtsp/pictures_on_way.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -26,8 +27,11 @@ void PicturesOnWay::add(PictureOnWay picture) {
     std::lock_guard lock(mutex_);
     pictures_.push_back(std::move(picture));
     if (pictures_.size() <= most) return;
-    dropped = std::move(pictures_.front());
-    pictures_.pop_front();
+    // While an encoder takes long over a picture, the one before it is sent again and again.
+    auto oldest = std::ranges::find(pictures_, nullptr, &PictureOnWay::pending);
+    if (oldest == pictures_.end()) oldest = pictures_.begin();
+    dropped = std::move(*oldest);
+    pictures_.erase(oldest);
 }
 
 std::optional<PictureOnWay> PicturesOnWay::take(TimeNs pts) {

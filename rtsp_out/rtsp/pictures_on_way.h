@@ -34,7 +34,8 @@ struct PictureOnWay {
 /// The pictures between the appsrc of a stream and its payloader, in the order of their stamps. Any thread.
 class PicturesOnWay {
 public:
-    /// An encoder without reordering holds one or two; beyond so many the oldest is dropped.
+    /// An encoder without reordering holds one or two. Of more than so many the oldest is dropped that is not counted,
+    /// or else the oldest.
     static constexpr std::size_t most = 16;
 
     void add(PictureOnWay picture);

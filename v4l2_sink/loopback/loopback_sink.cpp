@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/base/clock.h"
+#include "core/stream/silence.h"
 
 namespace camrig::device {
 
@@ -29,8 +30,19 @@ Result<void> LoopbackSink::open(const stream::StreamInfo& info) {
     return {};
 }
 
+void LoopbackSink::close() noexcept {
+    std::lock_guard lock(mutex_);
+    is_held_back_ = false;
+}
+
+void LoopbackSink::hold_back() {
+    std::lock_guard lock(mutex_);
+    is_held_back_ = true;
+}
+
 Result<void> LoopbackSink::write(const stream::MediaUnit& unit) {
     std::lock_guard lock(mutex_);
+    is_held_back_ = false;
     if (!device_) {
         stats_->dropped.fetch_add(1, std::memory_order_relaxed);
         return {};
@@ -67,7 +79,8 @@ Result<void> LoopbackSink::refresh(const stream::MediaUnit& unit, TimeNs monoton
 
 Result<void> LoopbackSink::repeat_if_silent(TimeNs monotonic_ns, bool idle) {
     std::lock_guard lock(mutex_);
-    if (!last_ || monotonic_ns - last_show_ns_ < silence_ns || (in_lockstep_ && !idle)) return {};
+    if (!last_ || is_held_back_ || (in_lockstep_ && !idle)) return {};
+    if (monotonic_ns - last_show_ns_ < stream::silence_ns(device_->format().rate, silence_ns)) return {};
     const std::int64_t stamp_us = repeated_ns(*last_, monotonic_ns) / ns_per_us;
     return show(*last_, std::max(stamp_us, last_stamp_us_ + 1), monotonic_ns);
 }

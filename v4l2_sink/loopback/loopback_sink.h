@@ -19,8 +19,8 @@ namespace camrig::device {
 /// Sink calls: the Output's thread. The rest: the loopback host's thread. A mutex guards the device.
 class LoopbackSink final : public stream::Sink {
 public:
-    /// How long a device may stay silent: below the 2 s that are promised, so that a program that waits 5 s (ROS
-    /// usb_cam) or 10 s (OpenCV) never gives up.
+    /// How long a device may stay silent, unless its camera is slower than that: below the 2 s that are promised, so
+    /// that a program that waits 5 s (ROS usb_cam) or 10 s (OpenCV) never gives up.
     static constexpr TimeNs silence_ns = 1'500 * ns_per_ms;
     /// A repeated picture's timestamp lies so far in the past, so that it is before that of the camera's next picture,
     /// which may be on its way.
@@ -31,7 +31,8 @@ public:
     Result<void> open(const stream::StreamInfo& info) override;
     /// A failed write ends the subscription (error internal); the host then reopens the device.
     Result<void> write(const stream::MediaUnit& unit) override;
-    void close() noexcept override {}
+    void close() noexcept override;
+    void hold_back() override;
 
     /// Shows a picture that was fetched while nobody reads and the camera is not subscribed to, so that the next
     /// reader's first picture is a recent one.
@@ -59,6 +60,7 @@ private:
     std::int64_t last_stamp_us_ = 0;
     TimeNs last_show_ns_ = 0;
     bool in_lockstep_ = false;
+    bool is_held_back_ = false;  ///< a fault withholds pictures at present
 };
 
 }  // namespace camrig::device

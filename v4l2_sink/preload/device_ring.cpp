@@ -144,9 +144,12 @@ Result<void> DeviceRing::open(const stream::StreamInfo& info) {
 void DeviceRing::close() noexcept {}
 
 std::uint32_t DeviceRing::next_sequence(const frame::FrameInfo& info) {
-    // With a lower rate than the camera's, the ticks of that rate are counted: a gap is a loss, never the rate.
-    std::int64_t sequence = rate_ ? rate_->frames_until(info.world_ns) : info.sequence;
-    sequence += sequence_offset_;
+    // With a lower rate than the camera's, the ticks of that rate are counted: a gap is a loss, never the rate. The
+    // camera may have become slower still.
+    const std::int64_t frames = info.sequence - std::exchange(camera_sequence_, info.sequence);
+    const std::int64_t until = rate_ ? rate_->frames_until(info.world_ns) : info.sequence;
+    counted_ += std::min(frames, until - std::exchange(ticks_, until));
+    std::int64_t sequence = counted_ + sequence_offset_;
     if (sequence <= last_sequence_) {  // after repeated pictures, or a world that was loaded anew
         sequence_offset_ += last_sequence_ + 1 - sequence;
         sequence = last_sequence_ + 1;
@@ -208,7 +211,7 @@ void DeviceRing::publish(const Picture& picture, TimeNs monotonic_ns, TimeNs sta
     for (const auto& reader : readers_) reader->offer(latch, bytes.size(), last_write_ns_ - monotonic_ns);
 }
 
-void DeviceRing::hold_back(const frame::FrameInfo&) {
+void DeviceRing::hold_back() {
     std::lock_guard lock(mutex_);
     is_held_back_ = true;
 }

@@ -76,7 +76,7 @@ public:
     Result<void> open(const stream::StreamInfo& info) override;
     Result<void> write(const stream::MediaUnit& unit) override;
     void close() noexcept override;
-    void hold_back(const frame::FrameInfo& info) override;
+    void hold_back() override;
     /// Statistics of each attached reader.
     std::vector<stream::ReaderReport> readers() const override;
 
@@ -116,6 +116,8 @@ private:
     std::shared_ptr<stream::ReaderStats> stats_;
     std::vector<std::shared_ptr<RingReader>> readers_;
     std::uint64_t published_ = 0;
+    std::int64_t ticks_ = 0, camera_sequence_ = 0;  ///< of the last picture
+    std::int64_t counted_ = 0;
     std::int64_t sequence_offset_ = 0;
     bool is_held_back_ = false;  ///< a fault withholds pictures at present
     std::int64_t last_sequence_ = -1;

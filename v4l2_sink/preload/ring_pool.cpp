@@ -1,6 +1,9 @@
 #include "v4l2_sink/preload/ring_pool.h"
 
+#include <algorithm>
 #include <cstring>
+
+#include "core/stream/silence.h"
 
 namespace camrig::device {
 namespace {
@@ -71,8 +74,16 @@ void RingPool::ended(const std::shared_ptr<FedRing>& ring, bool is_gone) {
 }
 
 void RingPool::tick(TimeNs monotonic_ns) {
-    for (const auto& known : rings_)
-        if (auto ring = known.lock()) ring->ring->repeat_if_idle(monotonic_ns, idle_repeat_ns);
+    if (rings_.empty()) return;
+    const auto cameras = bus_.cameras();
+    for (const auto& known : rings_) {
+        const auto ring = known.lock();
+        if (!ring) continue;
+        const auto camera = std::ranges::find(cameras, ring->camera, &stream::CameraStream::name);
+        if (camera == cameras.end()) continue;
+        const TimeNs idle_ns = stream::silence_ns(camera->rate, idle_repeat_ns);
+        ring->ring->repeat_if_idle(monotonic_ns, ring->rate ? stream::silence_ns(*ring->rate, idle_ns) : idle_ns);
+    }
 }
 
 }  // namespace camrig::device

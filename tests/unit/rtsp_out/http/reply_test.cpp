@@ -29,16 +29,19 @@ TEST(Reply, HeadNamesLengthAndWhetherTheConnectionStays) {
     EXPECT_EQ(head_of(reply, 11, false).find("Access-Control"), std::string::npos);
 }
 
-TEST(Reply, EntityTagsTellLivesOfACameraApart) {
+TEST(Reply, EntityTagsTellPicturesApart) {
     frame::FrameInfo info;
-    info.camera = std::make_shared<const std::string>("lobby");
-    info.camera_id = CameraId{3};
     info.sequence = 17;
-    EXPECT_EQ(etag_of(info), "\"lobby-3-17\"");
-    EXPECT_TRUE(etag_matches("\"x\", \"lobby-3-17\"", etag_of(info)));
-    EXPECT_TRUE(etag_matches("*", etag_of(info)));
-    EXPECT_FALSE(etag_matches("\"lobby-3-1\"", etag_of(info)));
-    EXPECT_FALSE(etag_matches("", etag_of(info)));
+    const std::vector<std::byte> one(100, std::byte{1}), other(100, std::byte{2});
+    const std::string etag = etag_of(info, one);
+    EXPECT_EQ(etag, etag_of(info, one));
+    EXPECT_NE(etag, etag_of(info, other));
+    EXPECT_TRUE(etag_matches("\"x\", " + etag, etag));
+    EXPECT_TRUE(etag_matches("*", etag));
+    EXPECT_FALSE(etag_matches(etag_of(info, other), etag));
+    EXPECT_FALSE(etag_matches("", etag));
+    info.sequence = 18;
+    EXPECT_NE(etag, etag_of(info, one));
 }
 
 TEST(Npy, HeadIsVersionOneAndAlignedTo64) {

@@ -76,6 +76,21 @@ TEST(FrameTimesSei, AnAccessUnitWithoutASliceStaysAsItIs) {
     EXPECT_TRUE(with_frame_times({}, {1, 2, 3, 4}).empty());
 }
 
+TEST(ParameterSets, OfThoseBeforeAPictureTheLastAreLeft) {
+    const auto own =
+        bytes({0, 0, 0, 1, 0x40, 1, 7, 0, 0, 0, 1, 0x42, 1, 8, 0, 0, 0, 1, 0x44, 1, 9, 0, 0, 1, 0x26, 1, 5});
+    EXPECT_EQ(begin_of_last_parameter_sets(own), 0u);
+    // Sets whose last has anything behind it: a slice, another set.
+    auto unit = bytes({0, 0,    0, 1, 0x40, 1, 7, 0, 0, 0, 1, 0x42, 1, 8,    0, 0, 0,
+                       1, 0x44, 1, 9, 0xa5, 0, 0, 1, 0, 1, 0, 0,    1, 0x40, 1, 3, 0xa5});
+    const std::size_t head = unit.size();
+    unit.insert(unit.end(), own.begin(), own.end());
+    // The zero before a start code may be what ends before it.
+    EXPECT_EQ(begin_of_last_parameter_sets(unit), head + 1);
+    EXPECT_EQ(begin_of_last_parameter_sets(bytes({0, 0, 0, 1, 2, 1, 5, 0, 0, 1, 2, 1, 6})), 0u);
+    EXPECT_EQ(begin_of_last_parameter_sets({}), 0u);
+}
+
 TEST(FrameTimesSei, AnyBytesCanBeRead) {
     std::mt19937 random(3);
     for (int round = 0; round < 3000; ++round) {

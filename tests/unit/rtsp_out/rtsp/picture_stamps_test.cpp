@@ -18,14 +18,15 @@ constexpr TimeNs at_ms(std::int64_t ms) {
 class PictureStampsTest : public testing::Test {
 protected:
     /// The regular work of the server, ten times a second up to this time: how often the last picture was sent again.
-    int repeats_until(std::int64_t ms) {
+    int repeats_until(std::int64_t ms) { return repeats_until(ms, stamps); }
+    int repeats_until(std::int64_t ms, PictureStamps& of) {
         int repeats = 0;
         for (now_ms_ += 100; now_ms_ <= ms; now_ms_ += 100)
-            if (stamps.of_repeat(at_ms(now_ms_))) ++repeats;
+            if (of.of_repeat(at_ms(now_ms_))) ++repeats;
         now_ms_ = ms;
         return repeats;
     }
-    PictureStamps stamps{begin_ns - 2 * ns_per_s};
+    PictureStamps stamps{begin_ns - 2 * ns_per_s, *Rate::create(25, 1)};
 
 private:
     std::int64_t now_ms_ = 0;
@@ -76,6 +77,19 @@ TEST_F(PictureStampsTest, TheLastPictureComesAgainEachSecondAndMoreOftenForANewC
     EXPECT_NEAR(repeats_until(10'000), 5, 1);
     EXPECT_TRUE(stamps.of_join(at_ms(10'900)));
     EXPECT_EQ(stamps.of_join(at_ms(10'950)), std::nullopt);
+}
+
+TEST_F(PictureStampsTest, ASlowStreamSendsNothingTwiceBetweenItsPictures) {
+    PictureStamps slow(begin_ns, *Rate::create(1, 2));
+    slow.of_first(at_ms(0), at_ms(0));
+    for (int s = 2; s <= 20; s += 2) {
+        EXPECT_EQ(repeats_until(1000 * s, slow), 0);
+        EXPECT_EQ(slow.of_new(at_ms(1000 * s), at_ms(1000 * s), false), at_ms(1000 * s));
+    }
+    EXPECT_EQ(repeats_until(29'900, slow), 2) << "the world stands still";
+    // Programs on ffmpeg's libraries wait for 20 pictures whatever the rate.
+    slow.of_join(at_ms(30'000));
+    EXPECT_NEAR(repeats_until(33'000, slow), 30, 2);
 }
 
 TEST_F(PictureStampsTest, StampsRiseWhateverComesInWhateverOrder) {

@@ -43,5 +43,16 @@ TEST(PicturesOnWay, AreBounded) {
     EXPECT_TRUE(on_way.take(3));
 }
 
+TEST(PicturesOnWay, ThoseThatAreSentAgainPushNoneOutThatIsWaitedFor) {
+    const auto stats = std::make_shared<stream::ReaderStats>();
+    PicturesOnWay on_way;
+    constexpr auto most = static_cast<TimeNs>(PicturesOnWay::most);
+    on_way.add(picture(0, stats));
+    for (TimeNs pts = 1; pts < 2 * most; ++pts)
+        on_way.add({.pts = pts, .times = {}, .bytes = {}, .faults = {}, .pending = {}});
+    EXPECT_EQ(stats->dropped, 0);
+    EXPECT_TRUE(on_way.take(0));
+}
+
 }  // namespace
 }  // namespace camrig::rtsp

@@ -75,6 +75,29 @@ TEST_F(LoopbackSinkTest, ASilentDeviceRepeatsItsLastPictureWithAFreshStamp) {
     EXPECT_LE(pictures().back().stamp_us, time_ns / 1000);
 }
 
+TEST_F(LoopbackSinkTest, ASlowCameraIsNotSilentBetweenItsPictures) {
+    sink_.with_device([](LoopbackDevice& node) { node.change_rate(*Rate::create(1, 5)); });
+    ASSERT_TRUE(sink_.write(unit(0, now_)));
+    ASSERT_TRUE(sink_.repeat_if_silent(now_ + 9 * ns_per_s, false));
+    EXPECT_EQ(pictures().size(), 1u);
+    ASSERT_TRUE(sink_.repeat_if_silent(now_ + 11 * ns_per_s, false));
+    EXPECT_EQ(pictures().size(), 2u);
+}
+
+TEST_F(LoopbackSinkTest, WhatAFaultHoldsBackIsNotReplacedByTheLastPicture) {
+    ASSERT_TRUE(sink_.write(unit(0, now_)));
+    sink_.hold_back();
+    ASSERT_TRUE(sink_.repeat_if_silent(now_ + 60 * ns_per_s, false));
+    EXPECT_EQ(pictures().size(), 1u);
+    ASSERT_TRUE(sink_.write(unit(2, now_ + ns_per_s)));
+    ASSERT_TRUE(sink_.repeat_if_silent(now_ + 60 * ns_per_s, false));
+    EXPECT_EQ(pictures().size(), 3u);
+    sink_.hold_back();
+    sink_.close();  // nobody reads: it shows what there is
+    ASSERT_TRUE(sink_.repeat_if_silent(now_ + 90 * ns_per_s, true));
+    EXPECT_EQ(pictures().size(), 4u);
+}
+
 TEST_F(LoopbackSinkTest, APictureThatWasDrawnWhileOneWasRepeatedKeepsItsInstant) {
     ASSERT_TRUE(sink_.write(unit(0, now_ - 10 * ns_per_s)));
     ASSERT_TRUE(sink_.repeat_if_silent(now_ + 2 * ns_per_s, false));

@@ -22,6 +22,7 @@
 #include "v4l2_sink/preload/device_modes.h"
 #include "v4l2_sink/preload/device_ring.h"
 #include "v4l2_sink/preload/device_tree.h"
+#include "v4l2_sink/preload/ring_pool.h"
 #include "v4l2_sink/task_queue.h"
 
 namespace camrig::device::device_server_test {
@@ -563,6 +564,46 @@ TEST_F(DeviceRingTest, LostPicturesShowAsGapsAndAReloadedWorldGoesOnRising) {
     EXPECT_EQ(newest().sequence, 4u);
     show(1, 1);
     EXPECT_EQ(newest().sequence, 5u);
+}
+
+TEST_F(DeviceRingTest, ALowerRateThanTheCamerasCountsItsTicksUntilTheCameraIsSlowerStill) {
+    const Rate ten = *Rate::create(10, 1);
+    ring = *DeviceRing::create(size, 320 * 240 * 4, ten);
+    std::int64_t sequence = 0;
+    TimeNs world_ns = 0;
+    for (std::uint32_t n = 0; n < 5; ++n, sequence += 3, world_ns += 100 * ns_per_ms) {  // three of 30 a second
+        show(world_ns, sequence);
+        EXPECT_EQ(newest().sequence, n);
+    }
+    for (std::uint32_t n = 5; n < 10; ++n, ++sequence, world_ns += 500 * ns_per_ms) {  // the camera makes 2 a second
+        show(world_ns, sequence);
+        EXPECT_EQ(newest().sequence, n);
+    }
+    ++sequence;  // this one is lost
+    show(world_ns + 500 * ns_per_ms, sequence);
+    EXPECT_EQ(newest().sequence, 11u);
+}
+
+TEST(RingPool, ASlowCamerasPictureIsNotRepeatedBeforeTheNextIsDue) {
+    stream::LocalFrameBus bus{{1, std::make_shared<frame::FramePool>()}};
+    PictureMaker maker({CameraId{1}, "lobby", {320, 240}, *Rate::create(30, 1)});
+    bus.add_camera(maker.camera());
+    RingPool pool(bus, std::make_shared<TaskQueue>(), [](const auto&) {});
+    const auto fed = *pool.take("lobby", {V4L2_PIX_FMT_YUYV, 320, 240, {30, 1}}, codec::ChromaSampling::yuv422);
+    stream::CameraStream slower = maker.camera();
+    slower.rate = *Rate::create(1, 2);
+    bus.change_camera(slower);
+    ByHand reader(*fed->ring);
+    reader.page.queued = 10;
+    bus.publish({.world_ns = 0, .monotonic_ns = 0, .frames = {maker.make(0, 0, monotonic_now_ns())}}, nullptr);
+    pollfd wait{reader.theirs.get(), POLLIN, 0};
+    ASSERT_EQ(::poll(&wait, 1, patience_ms), 1);
+    EXPECT_EQ(reader.tokens(), 1);
+    const TimeNs now_ns = monotonic_now_ns();
+    pool.tick(now_ns + 3 * ns_per_s);
+    EXPECT_EQ(reader.tokens(), 0);
+    pool.tick(now_ns + 5 * ns_per_s);
+    EXPECT_EQ(reader.tokens(), 1);
 }
 
 TEST(DeviceModes, SizesKeepTheShapeAndAreEven) {
