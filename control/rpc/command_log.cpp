@@ -28,6 +28,7 @@ Result<LoggedCommand> read_command(const json& value) {
     JsonReader reader(value, "");
     reader.required("at_ns", command.at_ns);
     reader.required("method", command.method);
+    reader.optional("failed", command.has_failed);
     if (const json* params = reader.find("params")) command.params = *params;
     if (auto good = reader.finish(); !good) return std::unexpected(good.error());
     if (!command.params.is_object() || command.at_ns < 0)
@@ -164,8 +165,9 @@ void CommandLogWriter::leave_as_found() {
     file_.reset();
 }
 
-void CommandLogWriter::note(TimeNs at_ns, const std::string& text) {
-    if (!is_muted_) write("{\"at_ns\":" + std::to_string(at_ns) + "," + text.substr(1) + "\n");
+void CommandLogWriter::note(TimeNs at_ns, const std::string& text, bool has_failed) {
+    if (is_muted_) return;
+    write("{\"at_ns\":" + std::to_string(at_ns) + (has_failed ? ",\"failed\":true," : ",") + text.substr(1) + "\n");
 }
 
 void CommandLogWriter::write(const std::string& line) {

@@ -21,7 +21,8 @@ struct LoggedCommand {
     TimeNs at_ns = 0;  ///< world time at which it was done
     std::string method;
     nlohmann::json params;
-    std::size_t line = 0;  ///< of the file, from 1
+    bool has_failed = false;  ///< a later one of its actions: those before it are done; of a step: it was given up
+    std::size_t line = 0;     ///< of the file, from 1
 };
 
 /// The last line of a saved world (world.save): what its state was, to be compared when all has been done again.
@@ -65,7 +66,7 @@ public:
     void leave_as_found();
     /// While it is, what is noted is not written: it stands there already.
     void set_muted(bool is_muted) { is_muted_ = is_muted; }
-    void note(TimeNs at_ns, const std::string& text) override;
+    void note(TimeNs at_ns, const std::string& text, bool has_failed) override;
     /// Of the engine's thread, which writes: what stands there now.
     LogPlace place() const { return {name_, bytes_}; }
 

@@ -20,7 +20,9 @@ public:
 
     Result<void> run(const LoggedCommand& command) {
         if (command.method == "world.step") {
-            target_ns_ = command.at_ns + step_ns(command.params);
+            // However early it was asked for, it began when the one before it ended; one that was given up ended here.
+            target_ns_ =
+                command.has_failed ? command.at_ns : std::max(target_ns_, command.at_ns) + step_ns(command.params);
             return {};
         }
         const bool has_time = command.method.starts_with("world.") == false;
@@ -28,7 +30,7 @@ public:
             if (auto good = reach(command.at_ns); !good) return good;
         json params = command.params;
         if (has_time) params["at_ns"] = command.at_ns;
-        waiting_.emplace_back(send(command.method, params), command.line);
+        waiting_.push_back({send(command.method, params), command});
         last_ns_ = command.at_ns;
         return has_time ? Result<void>() : change_clock(command.method);
     }
@@ -80,20 +82,29 @@ private:
         return stands_ ? Result<void>() : hurry();
     }
     Result<void> collect() {
-        for (auto& [answer, line] : std::exchange(waiting_, {}))
-            if (auto given = answer.get(); !given) return at("line " + std::to_string(line), given.error());
+        for (auto& [answer, command] : std::exchange(waiting_, {})) {
+            const auto given = answer.get();
+            const std::string line = "line " + std::to_string(command.line);
+            if (!given && !command.has_failed) return at(line, given.error());
+            if (given && command.has_failed)
+                return error(ErrorKind::invalid_argument,
+                             line + ": " + command.method + " failed then, and does not now");
+        }
         return {};
     }
     std::future<Result<json>> send(const std::string& method, const json& params) {
         auto promise = std::make_shared<std::promise<Result<json>>>();
         auto answer = promise->get_future();
         const json request = {{"jsonrpc", "2.0"}, {"id", 0}, {"method", method}, {"params", params}};
-        rpc_.handle(request.dump(), [promise, method](const RpcAnswer& reply) {
+        const auto done = [promise, method](const RpcAnswer& reply) {
             const json value = json::parse(reply.joined(), nullptr, false);
             if (value.is_object() && value.contains("result")) return promise->set_value(value["result"]);
             const std::string why = value.is_object() ? value["error"].value("message", "") : "no answer";
             promise->set_value(error(ErrorKind::invalid_argument, method + ": " + why));
-        });
+        };
+        const auto started = std::make_shared<std::promise<void>>();
+        if (!rpc_.handle(request.dump(), done, Authority::own, {}, false, [started] { started->set_value(); }))
+            started->get_future().wait();
         return answer;
     }
     Result<void> call(const std::string& method, const json& params) {
@@ -107,7 +118,11 @@ private:
     TimeNs end_ns_;
     TimeNs now_ns_ = 0, last_ns_ = 0;
     TimeNs target_ns_ = 0;  ///< of the last world.step
-    std::vector<std::pair<std::future<Result<json>>, std::size_t>> waiting_;
+    struct Sent {
+        std::future<Result<json>> answer;
+        const LoggedCommand& command;  ///< of the log
+    };
+    std::vector<Sent> waiting_;
 };
 
 }  // namespace

@@ -49,7 +49,7 @@ Result<engine::CreateCamera> read_create(JsonReader& reader) {
     reader.optional("place", command.place);
     command.patch = world::read_camera_patch(reader);
     if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
-    // Here, because nobody's picture waits for this thread.
+    // Here, because nobody waits for the thread that handles a backdrop (RpcServer::handle).
     if (auto loaded = world::load_backdrop(command.patch, {}); !loaded) return std::unexpected(loaded.error());
     return command;
 }
@@ -62,7 +62,7 @@ Result<engine::SetCamera> read_set(JsonReader& reader) {
     reader.required("name", command.name);
     command.patch = world::read_camera_patch(reader);
     if (auto finished = reader.finish(); !finished) return std::unexpected(finished.error());
-    // Here, because nobody's picture waits for this thread.
+    // Here, because nobody waits for the thread that handles a backdrop (RpcServer::handle).
     if (auto loaded = world::load_backdrop(command.patch, {}); !loaded) return std::unexpected(loaded.error());
     return command;
 }
@@ -94,7 +94,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .errors = {invalid_argument, already_exists, not_found, unsupported, resource_exhausted},
          .handler = handler_of(context, read_create, state_json),
          .example = R"({"name": "lobby", "size": [640, 480], "fps": 25, "vfov_deg": 60, )"
-                    R"("pose": {"position": [2, 3, 2.8], "look_at": [12, 9, 1]}, "code_strip": true})"},
+                    R"("pose": {"position": [2, 3, 2.8], "look_at": [12, 9, 1]}, "code_strip": true})",
+         .reads_files = true},
         {.name = "camera.set",
          .summary =
              "Changes a camera; what is not given stays. A new size ends its streams; clients open them again. With "
@@ -105,7 +106,8 @@ std::vector<Method> camera_methods(RpcContext& context) {
          .errors = {invalid_argument, not_found, unsupported, resource_exhausted},
          .handler = handler_of(context, read_set, state_json),
          .example =
-             R"({"name": "lobby", "fps": "30000/1001", "pose": {"position": [2, 3, 2.8], "pan_deg": 40, "tilt_deg": -10}})"},
+             R"({"name": "lobby", "fps": "30000/1001", "pose": {"position": [2, 3, 2.8], "pan_deg": 40, "tilt_deg": -10}})",
+         .reads_files = true},
         {.name = "camera.delete",
          .summary = "Deletes a camera; its streams end.",
          .params = descriptions_of(deleted),

@@ -119,6 +119,12 @@ std::shared_ptr<const std::string> command_text(const std::string& method, const
         json{{"method", method}, {"params", params}}.dump(-1, ' ', false, json::error_handler_t::replace));
 }
 
+/// Whether a command decodes the pictures of a backdrop, which may take seconds.
+bool reads_backdrop(const Method& method, const json& params) {
+    const auto backdrop = params.find("backdrop");
+    return method.reads_files && backdrop != params.end() && backdrop->is_object();
+}
+
 /// Where a path leads when every link is followed: a link below our folder may lead anywhere. Its last part need not be
 /// there. Empty: nobody can tell.
 std::filesystem::path real_place(const std::filesystem::path& path) {
@@ -130,11 +136,28 @@ std::filesystem::path real_place(const std::filesystem::path& path) {
     return folder / path.filename();
 }
 
+/// What a command names that may be a file: its scene, and the absolute paths of a camera's backdrop, which has no
+/// others.
+std::vector<std::string> files_of(const json& params) {
+    std::vector<std::string> files;
+    if (const auto scene = params.find("scene"); scene != params.end() && scene->is_string())
+        files.push_back(scene->get<std::string>());
+    if (const auto backdrop = params.find("backdrop"); backdrop != params.end() && backdrop->is_structured()) {
+        const json values = backdrop->flatten();
+        for (const json& value : values) {
+            const auto* const text = value.get_ptr<const std::string*>();
+            if (text != nullptr && text->starts_with('/')) files.push_back(*text);
+        }
+    }
+    return files;
+}
+
 }  // namespace
 
 RpcServer::RpcServer(RpcContext context)
     : context_([&] {
           context.loader = std::make_shared<stream::WorkerPool>(1, max_scenes_waiting);
+          context.backdrops = std::make_shared<stream::WorkerPool>(1, 0);  // at most one of each connection
           context.replies = std::make_shared<stream::WorkerPool>(1, max_replies_waiting);
           context.searches = std::make_shared<stream::WorkerPool>(1, max_searches_waiting);
           context.budget = ByteBudget::create(
@@ -155,6 +178,7 @@ RpcServer::~RpcServer() {
 
 void RpcServer::stop() {
     context_.loader->stop();
+    context_.backdrops->stop();
     context_.searches->stop();
 }
 
@@ -165,15 +189,22 @@ std::map<std::string, std::uint64_t> RpcServer::calls() const {
 }
 
 RpcReply RpcServer::without_foreign_files(const json& params, RpcReply done) const {
-    const std::string scene = params.value("scene", json()).is_string() ? params["scene"].get<std::string>() : "";
-    const auto file = real_place(scene), folder = real_place(context_.scenes);
-    if (!folder.empty() && std::ranges::mismatch(folder, file).in1 == folder.end()) return done;
+    const auto folder = real_place(context_.scenes);
+    const auto is_foreign = [&](const std::string& file) {
+        return folder.empty() || std::ranges::mismatch(folder, real_place(file)).in1 != folder.end();
+    };
+    const std::vector<std::string> files = files_of(params);
+    const auto foreign = std::ranges::find_if(files, is_foreign);
+    if (foreign == files.end()) return done;
     const auto budget = done.budget();
-    const auto tell = [scene, folder, done = std::move(done)](Result<RpcResult> result) {
-        if (result) return done(std::move(result));
-        spdlog::warn("control: refused to a client of the network: {}", result.error().message);
+    const auto tell = [file = foreign->substr(0, 200), folder, done = std::move(done)](Result<RpcResult> result) {
+        // What a check finds is a result.
+        const json errors = result ? result->fields.value("errors", json()) : json();
+        if (result && errors.empty()) return done(std::move(result));
+        spdlog::warn("control: refused to a client of the network: {}",
+                     result ? errors.dump(-1, ' ', false, json::error_handler_t::replace) : result.error().message);
         done(error(ErrorKind::invalid_argument,
-                   "'" + scene.substr(0, 200) + "' cannot be loaded; of files outside of '" + folder.string() +
+                   "'" + file + "' cannot be loaded; of files outside of '" + folder.string() +
                        "' the reason is told only in the rig's log and on its control socket"));
     };
     return {tell, budget};
@@ -197,21 +228,18 @@ void RpcServer::call(const json& params, std::size_t index, Authority authority,
     if (asked.at_ns) (rest = params).erase("at_ns");
     const json& own = asked.at_ns ? rest : params;
     if (context_.keeps_text && !method.only_looks) asked.text = command_text(method.name, own);
-    const auto budget = done.budget();
-    const bool takes_bytes = done.takes_bytes();
-    const auto answer = std::make_shared<Answer>(std::move(done));
-    RpcReply reply([answer](Result<RpcResult> result) { answer->give(std::move(result)); }, budget, takes_bytes);
-    reply.set_asked(std::move(asked));
+    done.set_asked(std::move(asked));
     try {
-        method.handler(own, std::move(reply));
+        method.handler(own, done);
     } catch (const std::bad_alloc&) {
-        answer->give(std::unexpected(out_of_memory()));
+        done(std::unexpected(out_of_memory()));
     }
 }
 
-void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> done, Authority authority,
-                       const std::shared_ptr<ByteBudget>& peer_budget, bool takes_bytes) {
-    const RpcMessage message = parse_rpc(text);
+bool RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> done, Authority authority,
+                       const std::shared_ptr<ByteBudget>& peer_budget, bool takes_bytes,
+                       std::function<void()> started) {
+    RpcMessage message = parse_rpc(text);
     const auto budget =
         ByteBudget::create(context_.limits.reply_bytes,
                            std::string(message.is_batch ? "the answers of a batch have" : "an answer has") +
@@ -220,12 +248,19 @@ void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> don
                                "/cameras/NAME/snapshot.png, depth.npy or instance.png",
                            peer_budget ? peer_budget : context_.budget);
     const auto batch = std::make_shared<Batch>(message.items.size(), message.is_batch, std::move(done));
+    struct Call {
+        json params;
+        std::size_t method;
+        RpcReply reply;
+    };
+    const auto calls = std::make_shared<std::vector<Call>>();
+    bool reads = false;
     for (std::size_t i = 0; i < message.items.size(); ++i) {
         if (const auto* bad = std::get_if<RpcError>(&message.items[i])) {
             batch->answer(i, error_answer(*bad));
             continue;
         }
-        const auto& request = std::get<RpcRequest>(message.items[i]);
+        auto& request = std::get<RpcRequest>(message.items[i]);
         const auto found = by_name_.find(request.method);
         if (found == by_name_.end()) {
             const RpcError unknown{rpc_code::method_not_found,
@@ -238,9 +273,27 @@ void RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> don
         const auto done_one = [batch, budget, i, id = request.id](Result<RpcResult> result) {
             batch->answer(i, id ? answer_of(*id, std::move(result), budget) : RpcAnswer());
         };
-        call(request.params, found->second, authority,
-             RpcReply(done_one, budget, takes_bytes && !message.is_batch && request.id));
+        const auto answer = std::make_shared<Answer>(done_one);
+        reads |= authority != Authority::look && reads_backdrop(methods_[found->second], request.params);
+        calls->push_back({std::move(request.params), found->second,
+                          RpcReply([answer](Result<RpcResult> result) { answer->give(std::move(result)); }, budget,
+                                   takes_bytes && !message.is_batch && request.id)});
     }
+    const auto start = [this, calls, authority] {
+        for (Call& one : *calls) call(one.params, one.method, authority, std::move(one.reply));
+    };
+    if (!reads) {
+        start();
+        return true;
+    }
+    return !context_.backdrops->post_beyond_limit([start, started = std::move(started)] {
+        try {
+            start();
+        } catch (const std::exception& problem) {  // memory ran out: those that are left are answered when they go
+            spdlog::error("control: a message with a backdrop was not started: {}", problem.what());
+        }
+        if (started) started();
+    });
 }
 
 namespace {

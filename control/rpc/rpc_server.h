@@ -48,17 +48,18 @@ struct RpcContext {
     bool keeps_text = false;
 
     // Made by the server: what all answers and the pictures being made for them count against; one thread reads scenes,
-    // one turns the engine's replies into text, one searches the cameras of photos.
+    // one backdrops, one turns the engine's replies into text, one searches the cameras of photos.
     std::shared_ptr<ByteBudget> budget = {};
     std::shared_ptr<stream::WorkerPool> loader = {};
+    std::shared_ptr<stream::WorkerPool> backdrops = {};
     std::shared_ptr<stream::WorkerPool> replies = {};
     std::shared_ptr<stream::WorkerPool> searches = {};
 };
 
 /// Decodes JSON-RPC text, checks it against the method table and runs the methods. Knows no transport; any thread.
 ///
-/// Requests are started in the order of the calls of handle(), and the engine runs commands in that order; answers come
-/// when they are ready. Only world.load reads its files first.
+/// The requests of a message are started in their order, and the engine runs commands in that order; answers come when
+/// they are ready. Only world.load reads its files first, for itself.
 class RpcServer {
 public:
     explicit RpcServer(RpcContext context);
@@ -74,13 +75,17 @@ public:
     /// error.
     ///
     /// takes_bytes: the bytes of a picture may follow the line of an answer.
-    void handle(std::string_view text, std::function<void(RpcAnswer)> done, Authority authority = Authority::own,
-                const std::shared_ptr<ByteBudget>& peer_budget = {}, bool takes_bytes = false);
+    ///
+    /// False: a backdrop's files are to be read, which takes long, so a thread of the server's starts the requests and
+    /// calls `started` then. Who wants commands in order gives the next message only after that.
+    bool handle(std::string_view text, std::function<void(RpcAnswer)> done, Authority authority = Authority::own,
+                const std::shared_ptr<ByteBudget>& peer_budget = {}, bool takes_bytes = false,
+                std::function<void()> started = {});
     const std::shared_ptr<ByteBudget>& budget() const { return context_.budget; }
 
-    /// Waits for the scene being read and the search in progress (seconds), answers waiting world.load requests with
-    /// `unavailable`, and leaves commands and frames alone from then on, as far as world.load goes. To be called before
-    /// these go. Twice is fine.
+    /// Waits for the scene and the backdrop being read and the search in progress (seconds), answers requests that wait
+    /// for such with `unavailable`, and leaves commands and frames alone from then on, as far as those go. To be called
+    /// before these go. Twice is fine.
     void stop();
 
     const std::vector<Method>& methods() const { return methods_; }

@@ -9,6 +9,7 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <poll.h>
 
 #include "control/rpc/json_rpc.h"
 #include "control/rpc/rpc_server.h"
@@ -88,7 +89,8 @@ asio::awaitable<void> Connection::read_loop() {
 
 asio::awaitable<bool> Connection::room() {
     while (!is_closed_ && !is_finishing_ &&
-           (slots_.size() >= shared_.limits.in_flight || budget_->used() >= shared_.limits.unsent_reply_bytes)) {
+           (is_reading_files_ || slots_.size() >= shared_.limits.in_flight ||
+            budget_->used() >= shared_.limits.unsent_reply_bytes)) {
         co_await room_.wait();
     }
     co_return !is_closed_ && !is_finishing_;
@@ -108,7 +110,12 @@ bool Connection::take(std::string_view line) {
             if (const auto self = weak.lock()) self->answer(slot, std::move(reply));
         });
     };
-    shared_.rpc.handle(line, done, authority_, budget_, true);
+    const auto started = [post = shared_.post, weak = weak_from_this()] {
+        (*post)([weak] {
+            if (const auto self = weak.lock()) self->go_on();
+        });
+    };
+    is_reading_files_ = !shared_.rpc.handle(line, done, authority_, budget_, true, started);
     return true;
 }
 
@@ -150,6 +157,12 @@ void Connection::refuse(int code, ErrorKind kind, std::string message, ControlLi
     pause_.async_wait([slot, weak = weak_from_this(), reply = std::move(reply)](auto) mutable {
         if (const auto self = weak.lock()) self->answer(slot, std::move(reply));
     });
+}
+
+void Connection::go_on() {
+    thread_.check();
+    is_reading_files_ = false;
+    room_.set();
 }
 
 void Connection::answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply) {
@@ -212,6 +225,11 @@ void Connection::close_after(ControlLimits::Duration time) {
         // A wait that had expired just before it was moved on must not close.
         if (!cancelled && self && self->limit_.expiry() <= asio::steady_timer::clock_type::now()) self->close();
     });
+}
+
+bool Connection::is_ended_by_peer() {
+    pollfd asked{socket_.native_handle(), POLLRDHUP, 0};
+    return ::poll(&asked, 1, 0) > 0;
 }
 
 void Connection::finish() {

@@ -46,7 +46,8 @@ struct ConnectionShared {
 /// One client: reads lines, hands them to the RPC server, writes the answers in the order of the requests.
 ///
 /// Thread: the server's. Two coroutines share it, one that reads and one that writes; each keeps it alive. A client is
-/// not read while too much is unanswered or unsent, and is closed when it takes no byte of an answer for too long.
+/// not read while too much is unanswered or unsent, or a message reads files first, and is closed when it takes no byte
+/// of an answer for too long.
 class Connection : public std::enable_shared_from_this<Connection> {
 public:
     using Socket = boost::asio::generic::stream_protocol::socket;
@@ -68,6 +69,9 @@ public:
     std::optional<std::chrono::steady_clock::time_point> idle_since() const {
         return slots_.empty() || !is_authorized_ ? std::optional(last_used_) : std::nullopt;
     }
+    /// The peer sends no more: it is gone, or only waits for answers. Asks the system, for the connection does not read
+    /// while much is unanswered.
+    bool is_ended_by_peer();
     /// Takes no more requests; closes when what was asked is answered and sent.
     void finish();
     void close();
@@ -91,6 +95,8 @@ private:
     bool take_first(std::string_view line);
     /// Answers with an error, after this delay, and makes it the last answer of this connection.
     void refuse(int code, ErrorKind kind, std::string message, ControlLimits::Duration after = {});
+    /// The message that read files first is started.
+    void go_on();
     void answer(const std::shared_ptr<Slot>& slot, RpcAnswer reply);
     void close_after(ControlLimits::Duration time);
 
@@ -104,6 +110,7 @@ private:
     const Authority authority_;  ///< once it is authorized
     const std::string peer_;
     bool is_authorized_;
+    bool is_reading_files_ = false;  ///< for the last message, which is not started yet
     bool is_finishing_ = false;
     bool is_closed_ = false;
     bool reads_off_ = false;

@@ -107,12 +107,20 @@ bool ControlServer::Impl::make_room(Transport transport, bool is_authorized, con
     const std::size_t limit = is_authorized ? options.limits.connections : options.limits.unauthorized_connections;
     std::size_t others = 0;
     Connection* idlest = nullptr;
-    for (const auto& [key, connection] : connections) {
-        if (key == newcomer || key->transport() != transport || key->is_authorized() != is_authorized) continue;
+    const auto each = [&](const auto& use) {
+        for (const auto& [key, connection] : connections)
+            if (key != newcomer && key->transport() == transport && key->is_authorized() == is_authorized) use(key);
+    };
+    each([&](Connection* other) {
         ++others;
-        if (const auto since = key->idle_since(); since && (!idlest || *since < *idlest->idle_since())) idlest = key;
-    }
+        const auto since = other->idle_since();
+        if (since && (!idlest || *since < *idlest->idle_since())) idlest = other;
+    });
     if (others < limit) return true;
+    // Or one whose answer nobody may want any more.
+    each([&](Connection* other) {
+        if (idlest == nullptr && other->is_ended_by_peer()) idlest = other;
+    });
     if (!idlest) return false;
     ++counts.displaced;
     idlest->close();

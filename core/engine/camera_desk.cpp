@@ -278,8 +278,9 @@ void CameraDesk::begin_world() {
         entry.not_drawn.clear();
         stayed.push_back(&entry);
     }
+    for (CameraEntry* entry : stayed) entry->camera = entry->camera.in_another_world(*entry->latest.snapshot);
+    world_.world_of_now();  // first pictures show what events did to cameras at the begin
     for (CameraEntry* entry : stayed) {
-        entry->camera = entry->camera.in_another_world(*entry->latest.snapshot);
         renew_latest(*entry, rig_.schedule.next_sequence(entry->id) - 1);
         if (!rig_.bus.wanted(entry->id, 0).empty()) show_latest(*entry);
     }

@@ -350,11 +350,12 @@ concept Timed = Change<C> || OneOf<C, GetDigest>;
 template <typename C>
 concept Logged = Change<C> || OneOf<C, LoadWorld, PauseWorld, ResumeWorld, StepWorld>;
 
-/// Records the commands that were carried out (Logged<C>), in order. Called on the engine's thread.
+/// Records the commands that were carried out (Logged<C>), in order, those of several actions (Act) of which a later
+/// one failed too. Called on the engine's thread.
 class CommandJournal {
 public:
     virtual ~CommandJournal() = default;
-    virtual void note(TimeNs at_ns, const std::string& text) = 0;
+    virtual void note(TimeNs at_ns, const std::string& text, bool has_failed) = 0;
 };
 
 /// Takes commands: the engine's bounded queue. Any thread. A full queue answers `resource_exhausted` at once.

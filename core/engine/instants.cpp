@@ -270,6 +270,9 @@ void Instants::give_up_step(TimeNs monotonic_ns) {
                        std::to_string(rig_.clock.world_at(0)) + " ns; close that reader or give a longer timeout_s"));
     if (job.next) rig_.publish(*job.next, nullptr);
     steps_.pop_front();
+    // In the log of commands stands the whole step.
+    if (steps_.empty() && rig_.options.journal)
+        rig_.options.journal->note(rig_.clock.world_at(0), R"({"method":"world.step","params":{}})", true);
     rig_.wake();
 }
 

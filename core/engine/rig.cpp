@@ -129,6 +129,11 @@ TimeNs Rig::time_of_command() const {
     return now_ns <= last_ns - state_.scene->step_ns ? last_ns - state_.scene->step_ns + 1 : now_ns;
 }
 
+void Rig::note(TimeNs at_ns, const std::string& text, bool has_failed) {
+    state_.agenda.note(at_ns, text);
+    if (state_.options.journal) state_.options.journal->note(at_ns, text, has_failed);
+}
+
 void Rig::perform(Command& command) {
     const auto perform_one = [this]<typename C>(Request<C>& request) {
         TimeNs at_ns = 0;
@@ -142,9 +147,8 @@ void Rig::perform(Command& command) {
             state_.command_ns.reset();
             if constexpr (Logged<C>) {
                 if constexpr (!std::same_as<C, LoadWorld>) state_.done_ns = std::max(state_.done_ns, at_ns);
-                if (result && request.text) state_.agenda.note(at_ns, *request.text);
-                if (result && request.text && state_.options.journal)
-                    state_.options.journal->note(at_ns, *request.text);
+                const bool has_failed = !result.has_value();
+                if (request.text && (!has_failed || std::same_as<C, Act>)) note(at_ns, *request.text, has_failed);
             }
             request.done(std::move(result));
         };
@@ -152,7 +156,7 @@ void Rig::perform(Command& command) {
             state_.command_ns.reset();
             if (instants_.start_step(request, [this] { return world_state(); }) && request.text &&
                 state_.options.journal)
-                state_.options.journal->note(at_ns, *request.text);
+                state_.options.journal->note(at_ns, *request.text, false);
         } else if constexpr (std::is_same_v<C, WaitEvents>) {
             world_.wait_events(request);
         } else if constexpr (std::is_same_v<C, GetTruth>) {

@@ -49,6 +49,8 @@ private:
     bool admit(Request<C>& request, Command& command);
     /// Carries the command out now.
     void perform(Command& command);
+    /// For the digest of what was done, and the log.
+    void note(TimeNs at_ns, const std::string& text, bool has_failed);
     /// Carries out the commands of the agenda whose time has come.
     void do_what_has_its_time(TimeNs monotonic_ns);
     /// The world time to log for a command that was given none: carried out at it in a replay, it comes after the same

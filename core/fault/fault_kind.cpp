@@ -206,8 +206,9 @@ void add_transport_kinds(Kinds& to) {
          field_at<&CorruptJpeg::amount>(
              {.name = "amount", .doc = "bytes, or flips; at most all there are", .range = {1, 100'000'000}}),
          share_at<&CorruptJpeg::probability>("probability", "of each frame"),
-         field_at<&CorruptJpeg::keep_header>(
-             {.name = "keep_header", .doc = "only what follows SOS is damaged, so that decoders take it"}),
+         field_at<&CorruptJpeg::keep_header>({.name = "keep_header",
+                                              .doc = "only what follows SOS is damaged, so that decoders take it; by "
+                                                     "RTSP, which sends no header, always"}),
          output_at<&CorruptJpeg::output>()});
     to.add<OtherSize>(
         "other_size", "JPEGs in streams are of a smaller size than the camera's",

@@ -135,11 +135,11 @@ struct Change {
         }
     }
     void operator()(const DeadPixels& dead) const {
-        const auto pixels = static_cast<std::uint64_t>(size.pixels());
-        const auto count = static_cast<std::uint64_t>(dead.share * fault.severity * static_cast<double>(pixels));
-        for (std::uint64_t i = 0; i < count; ++i) {
-            const std::uint64_t at = mixed(fault.seed + mixed(i + 1)) % pixels;
-            std::fill_n(&rgba[4 * at], 3, std::byte(mixed(at) % 2 == 0 ? 0 : 255));
+        const std::uint64_t key = mixed(fault.seed + mixed(fault.id));
+        const double chosen = std::ldexp(dead.share * fault.severity, 64);
+        for (std::size_t at = 0; at < static_cast<std::size_t>(size.pixels()); ++at) {
+            const std::uint64_t bits = mixed(key + at);
+            if (static_cast<double>(bits) < chosen) std::fill_n(&rgba[4 * at], 3, std::byte(bits % 2 == 0 ? 0 : 255));
         }
     }
     void operator()(const DeadRows& dead) const {

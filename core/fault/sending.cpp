@@ -39,12 +39,15 @@ std::size_t data_begin(std::span<const std::byte> jpeg) {
     return 0;
 }
 
-/// What it did; of none of the bytes: nothing.
-Harm damage(const Fault& fault, const FrameKey& frame, const CorruptJpeg& how, std::vector<std::byte>& jpeg) {
+/// What it did; of none of the bytes: nothing. RTP carries no header (RFC 2435, 3): what sends it would only fail at a
+/// wrong one, as GStreamer's payloader crashes at a length beyond the picture's end.
+Harm damage(const Fault& fault, const FrameKey& frame, const CorruptJpeg& how, std::string_view output,
+            std::vector<std::byte>& jpeg) {
     Harm harm = harm_by(fault, jpeg.size());
     const auto counter = static_cast<std::uint64_t>(frame.sequence);
     if (chance(fault, counter, whether) >= how.probability) return harm;
-    const std::size_t begin = how.keep_header ? data_begin(jpeg) : 0;
+    const bool keeps_header = how.keep_header || output == to_string(Output::rtsp);
+    const std::size_t begin = keeps_header ? data_begin(jpeg) : 0;
     const std::size_t room = jpeg.size() - begin;
     const auto amount =
         std::min(static_cast<std::size_t>(std::ceil(fault.severity * static_cast<double>(how.amount))), room);
@@ -122,7 +125,7 @@ std::optional<Damaged> damaged_jpeg(const FrameFaults& faults, std::string_view 
         const auto* const how = std::get_if<CorruptJpeg>(&one->kind);
         if (!how || !is_for(how->output, output)) continue;
         if (!damaged) damaged.emplace(std::vector<std::byte>(jpeg.begin(), jpeg.end()));
-        Harm harm = damage(*one, faults.frame, *how, damaged->bytes);
+        Harm harm = damage(*one, faults.frame, *how, output, damaged->bytes);
         if (harm.bytes > 0) damaged->harms.push_back(std::move(harm));
     }
     if (damaged && damaged->harms.empty()) return std::nullopt;

@@ -88,6 +88,7 @@ struct Material {
     bool unlit = false;
     /// Glass: what it lets through goes into base_color and alpha_mode blend; what it mirrors is not thinned by alpha.
     float transmission = 0.0f;
+    glm::vec3 tint{1.0f};  ///< of glass: what goes through in each colour, over the mean of the three
     MaterialVariants variants;
 };
 

@@ -11,25 +11,43 @@ constexpr TimeNs cross_fade_ns = 250 * ns_per_ms;
 
 void Mover::start(const StepContext& context) {
     behaviour->start(context, now);
+    take_clip(now);
     choose_clips(context);
+}
+
+void Mover::take_clip(const ActorState& state) {
+    own_.reset();
+    if (!state.clips.empty()) own_ = state.clips.front();
+}
+
+/// Hanging on somebody it goes no way of its own: a clip that follows the ground stands still, another goes on.
+void Mover::play_on(TimeNs step_ns) {
+    if (!own_) return;
+    const Animation& animation = info->model->animations[static_cast<std::size_t>(own_->animation)];
+    const TimeNs advance_ns = animation.ground_speed_m_s > 0.0 ? 0 : step_ns;
+    own_ = clip_at(*info->model, own_->animation, WideInt{own_->phase_ns} + advance_ns, own_->phase_ns);
 }
 
 void Mover::step(const StepContext& context) {
     StepContext own = context;
     own.id = id();
     own.radius_m = radius_m;
-    if (held_at_ns)
+    own.scale = scale;
+    if (held_at_ns) {
         behind_ns += context.step_ns;
-    else if (!held) {
+        if (own_) own_->advance_ns = 0;  // the clip stands still too
+    } else if (held) {
+        play_on(context.step_ns);
+    } else {
         own.now_ns = context.world_ns - behind_ns;
         behaviour->step(own, now);
+        take_clip(now);
     }
     choose_clips(own);
 }
 
 void Mover::choose_clips(const StepContext& context) {
-    std::optional<ClipPlay> wanted;
-    if (!now.clips.empty()) wanted = now.clips.front();
+    std::optional<ClipPlay> wanted = own_;
     if (played && played->until_ns && context.world_ns >= *played->until_ns) played.reset();
     if (played) {
         wanted.reset();
@@ -39,10 +57,6 @@ void Mover::choose_clips(const StepContext& context) {
         if (played->animation >= 0)
             wanted =
                 clip_at(*info->model, played->animation, at(context.world_ns), at(context.world_ns - context.step_ns));
-    } else if (held_at_ns && has_clip_) {
-        wanted = main_;  // held: the clip stands still too
-        wanted->advance_ns = 0;
-        wanted->weight = 1.0;
     }
     // A change of clip is a cross-fade; the old one goes on as fast as it last did. There is no fade from or to the
     // rest pose.
@@ -133,7 +147,8 @@ void Mover::add_to(Digest& digest) const {
     digest.add(is_hidden, is_gone, was_arrived, behind_ns, held_at_ns, played.has_value(), held.has_value());
     if (played) digest.add(played->animation, played->speed_ppm, played->began_ns, played->until_ns);
     if (held) digest.add(held->carrier, held->node, held->position, held->orientation);
-    digest.add(has_clip_, fade_ns_, fading_.has_value());
+    digest.add(has_clip_, fade_ns_, fading_.has_value(), own_.has_value());
+    if (own_) add_clip(digest, *own_);
     add_clip(digest, main_);
     if (fading_) add_clip(digest, *fading_);
     behaviour->add_to(digest);

@@ -54,6 +54,8 @@ struct Mover {
     }
 
     void start(const StepContext& context);
+    /// From now on it plays the clip of this state, as a behaviour left it.
+    void take_clip(const ActorState& state);
     void step(const StepContext& context);
     /// Changes `now` without a movement: no velocity follows from it, and nothing is interpolated up to it.
     template <typename Change>
@@ -72,8 +74,10 @@ struct Mover {
     std::optional<Body> body(TimeNs step_ns) const;
 
 private:
+    void play_on(TimeNs step_ns);
     void choose_clips(const StepContext& context);
 
+    std::optional<ClipPlay> own_;     ///< of the behaviour, whatever is played over it
     ClipPlay main_{.animation = -1};  ///< the clip of the last step
     std::optional<ClipPlay> fading_;  ///< the one before it, while it fades out
     TimeNs fade_ns_ = 0;              ///< since the change

@@ -48,6 +48,8 @@ public:
 private:
     void read_parts();
     void check_references();
+    void check_events(const KnownNames& names);
+    void add_model_lights();
     void check_daylight();
     void check_groups();
     void light_by_day();
@@ -137,7 +139,7 @@ void SceneReader::check_references() {
         if (scene_.cameras[i].mount)
             check(check_mount(*scene_.cameras[i].mount, names, item_path("cameras", i) + ".mount"));
     FollowGraph follows;
-    for (const ActorSpec& actor : scene_.actors) add_follows(actor.name, actor.behaviour, follows);
+    for (const ActorSpec& actor : scene_.actors) follows.add(actor.name, actor.behaviour);
     std::set<std::string> carried, carriers;
     for (std::size_t i = 0; i < scene_.actors.size(); ++i) {
         const ActorSpec& actor = scene_.actors[i];
@@ -153,11 +155,33 @@ void SceneReader::check_references() {
     for (const std::string& name : carriers)
         if (carried.contains(name))
             reader_.fail("actors", "'" + name + "' carries something and hangs on another; only one of both");
-    for (std::size_t i = 0; i < scene_.events.size(); ++i) {
-        check(check_event(scene_.events[i], names, item_path("events", i)));
-        check(check_event_loop(scene_.events[i], scene_.events, item_path("events", i)));
-    }
+    check_events(names);
     if (auto wrong = find_unwalkable(scene_)) reader_.fail(std::move(*wrong));
+}
+
+/// They name lights of models too, which are here while that is checked: to stay they come in the scene's units.
+void SceneReader::check_events(const KnownNames& names) {
+    if (scene_.events.empty()) return;
+    const std::size_t own_lights = scene_.lights.size();
+    add_model_lights();
+    for (std::size_t i = 0; i < scene_.events.size(); ++i) {
+        const std::string path = item_path("events", i);
+        if (auto good = check_event(scene_.events[i], names, path); !good) reader_.fail(good.error());
+        if (auto good = check_event_loop(scene_.events[i], scene_.events, path); !good) reader_.fail(good.error());
+    }
+    scene_.lights.resize(own_lights);
+}
+
+void SceneReader::add_model_lights() {
+    ErrorList* const list = ErrorList::current();
+    for (const ObjectSpec& object : scene_.objects) {
+        const auto model = scene_.models.find(object.model);
+        if (model != scene_.models.end())
+            append_model_lights(*model->second.model, object, scene_.lights);
+        else if (list)
+            list->excuse(object.name);  // nobody knows which lights it has
+        if (scene_.lights.size() > max_scene_lights) return;
+    }
 }
 
 Result<CameraSpec> SceneReader::read_camera(JsonReader& reader) const {
@@ -275,8 +299,7 @@ Result<Scene> SceneReader::read() {
     check_groups();
     if (auto done = reader_.finish(); !done) return std::unexpected(done.error());
     use_units();
-    for (const ObjectSpec& object : scene_.objects)
-        append_model_lights(*scene_.models.at(object.model).model, object, scene_.lights);
+    add_model_lights();
     if (scene_.lights.size() > max_scene_lights)
         return error(ErrorKind::resource_exhausted,
                      "lights: more than " + std::to_string(max_scene_lights) + " with those of the models");

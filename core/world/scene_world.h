@@ -76,6 +76,7 @@ private:
     /// From now on it looks like this variant of its model.
     static void wear(Mover& mover, std::optional<std::uint64_t> variant);
     Mover& add_mover(std::unique_ptr<Mover> mover);
+    void forget_gone();
     void step();
     void see_crowd();
     StepContext context() const;

@@ -118,15 +118,21 @@ Mover& SceneWorld::add_actor(const ActorSpec& spec) {
     mover->radius_m = spec.radius_m.value_or(default_radius_m(spec));
     mover->now.position = spec.position;
     mover->now.orientation = spec.orientation;
-    mover->behaviour =
-        factory_.make(spec.behaviour, {.model = model.model, .scale = spec.scale, .radius_m = mover->radius_m}, false);
+    mover->behaviour = factory_.make(spec.behaviour, {.model = model.model, .radius_m = mover->radius_m}, false);
     return add_mover(std::move(mover));
 }
 
+void SceneWorld::forget_gone() {
+    std::erase_if(movers_, [](const auto& mover) { return mover->is_gone; });
+}
+
 Mover& SceneWorld::add_mover(std::unique_ptr<Mover> mover) {
+    // However many come and go while the world stands still, there are no more than that.
+    if (movers_.size() >= max_world_actors) forget_gone();
     StepContext own = context();
     own.id = mover->id();
     own.radius_m = mover->radius_m;
+    own.scale = mover->scale;
     mover->start(own);
     mover->before = mover->now;
     mover->was_arrived = mover->behaviour->arrived();
@@ -154,7 +160,7 @@ void SceneWorld::step() {
     present();
     present_ = history_.push(std::move(present_));
     is_current_ = false;
-    std::erase_if(movers_, [](const auto& mover) { return mover->is_gone; });
+    forget_gone();
     see_crowd();
     now_ns_ += scene_->step_ns;
     const StepContext now = context();

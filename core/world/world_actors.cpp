@@ -27,7 +27,7 @@ Result<Mover*> SceneWorld::need_actor(const std::string& name) const {
 }
 
 KnownNames SceneWorld::known_names() const {
-    KnownNames names{.scene = *scene_, .actors = {}, .objects = {}, .events = {}};
+    KnownNames names{.scene = *scene_, .actors = {}, .spawned = {}, .objects = {}, .events = {}};
     for (const auto& [name, mover] : by_name_) {
         if (mover->is_actor)
             names.actors.emplace(name, mover->model);
@@ -43,7 +43,7 @@ KnownNames SceneWorld::known_names() const {
 FollowGraph SceneWorld::follows(const std::string& without) const {
     FollowGraph graph;
     for (const auto& [name, mover] : by_name_)
-        if (name != without) add_follows(name, mover->spec, graph);
+        if (name != without) graph.add(name, mover->spec);
     return graph;
 }
 
@@ -84,11 +84,11 @@ Result<ActorReport> SceneWorld::spawn_actor(const ActorSpec& spec) {
     KnownNames names = known_names();
     if (names.actors.contains(spec.name) || names.objects.contains(spec.name))
         return error(ErrorKind::already_exists, "name: '" + spec.name + "' is taken by another object or actor");
-    if (movers_.size() >= max_world_actors)
+    if (by_name_.size() >= max_world_actors)
         return error(ErrorKind::resource_exhausted, "a world has at most 5000 actors; remove one");
     if (auto good = check_actor(spec, names, ""); !good) return std::unexpected(good.error());
     FollowGraph graph = follows(spec.name);
-    add_follows(spec.name, spec.behaviour, graph);
+    graph.add(spec.name, spec.behaviour);
     if (auto good = check_follows(spec.name, graph, ""); !good) return std::unexpected(good.error());
     if (spec.attach)
         if (auto good = check_carrier(spec.name, *spec.attach, "attach."); !good) return std::unexpected(good.error());
@@ -105,6 +105,7 @@ void SceneWorld::remove(Mover& mover) {
     if (departures_.size() >= max_departures)
         departures_.erase(departures_.begin(), departures_.begin() + max_departures / 2);
     departures_.push_back({now_ns_, carrier ? hanging(mover, *carrier) : instance_of(mover.record(scene_->step_ns))});
+    mover.held.reset();
     mover.is_gone = true;
     by_name_.erase(mover.info->name);
 }
@@ -120,12 +121,12 @@ Result<void> SceneWorld::remove_actor(const std::string& name) {
 
 void SceneWorld::behave(Mover& mover, const BehaviourSpec& spec) {
     mover.spec = spec;
-    mover.behaviour =
-        factory_.make(spec, {.model = mover.info->model, .scale = mover.scale, .radius_m = mover.radius_m}, true);
+    mover.behaviour = factory_.make(spec, {.model = mover.info->model, .radius_m = mover.radius_m}, true);
     mover.held_at_ns.reset();
     StepContext own = context();
     own.id = mover.id();
     own.radius_m = mover.radius_m;
+    own.scale = mover.scale;
     own.now_ns = now_ns_ - mover.behind_ns;
     const std::vector<ClipPlay> clips = mover.now.clips;
     ActorState begun = mover.now;
@@ -134,6 +135,7 @@ void SceneWorld::behave(Mover& mover, const BehaviourSpec& spec) {
     if (begun.position != mover.now.position || begun.orientation != mover.now.orientation)
         mover.jump([&](ActorState& now) { now = begun; });
     mover.now.clips = clips;  // the next step fades to the new one
+    mover.take_clip(begun);
     mover.was_arrived = mover.behaviour->arrived();
 }
 
@@ -141,7 +143,7 @@ Result<void> SceneWorld::check_behave(const Mover& mover, const BehaviourSpec& s
     const std::string& name = mover.info->name;
     if (auto good = check_behaviour(spec, *mover.info->model, known_names(), path + "behaviour"); !good) return good;
     FollowGraph graph = follows(name);
-    add_follows(name, spec, graph);
+    graph.add(name, spec);
     return check_follows(name, graph, path.empty() ? "" : path.substr(0, path.size() - 1));
 }
 
@@ -291,6 +293,7 @@ Result<void> SceneWorld::steer_actors(std::span<const SteerSpec> steers) {
         if (!std::holds_alternative<SteeredBehaviour>(mover.spec)) behave(mover, SteeredBehaviour{});
         StepContext own = context();
         own.id = mover.id();
+        own.scale = mover.scale;
         own.now_ns = now_ns_ - mover.behind_ns;
         ActorState steered = mover.now;
         dynamic_cast<Steered&>(*mover.behaviour).steer(steer, own, steered);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t max_records = 4096;
 constexpr std::size_t max_flickers = 256;
-constexpr std::size_t max_camera_moves = 1024;
+constexpr std::size_t max_camera_moves = 1024;  ///< of one instant: how soon they are taken must not count
 /// The stream of a flickering light's chance; no actor has it.
 constexpr std::uint64_t flicker_stream = std::uint64_t{1} << 40;
 
@@ -138,9 +138,10 @@ struct ActionRun {
         return {};
     }
     Result<void> of_camera(const auto& action) const {
-        if (world.camera_moves_.size() >= max_camera_moves)
+        auto& moves = world.camera_moves_;
+        if (moves.size() >= max_camera_moves && moves[moves.size() - max_camera_moves].world_ns == world.now_ns_)
             return error(ErrorKind::resource_exhausted, "camera: too many moves at a time");
-        world.camera_moves_.push_back({world.now_ns_, action});
+        moves.push_back({world.now_ns_, action});
         return {};
     }
     Result<void> operator()(const CameraAction& action) const { return of_camera(action); }
@@ -182,10 +183,13 @@ std::vector<Witness> SceneWorld::witnesses() {
     std::vector<Witness> all;
     all.reserve(movers_.size());
     for (const auto& mover : movers_) {
-        if (!mover->is_actor || mover->is_gone || mover->held) continue;
+        if (!mover->is_actor || mover->is_gone) continue;
+        Witness& one = all.emplace_back(mover->id(), &mover->info->name, &mover->info->object_class,
+                                        glm::dvec2(mover->now.position));
+        one.is_carried = mover->held.has_value();
+        if (one.is_carried) continue;
         const bool arrived = mover->behaviour->arrived();
-        all.push_back({mover->id(), &mover->info->name, &mover->info->object_class, glm::dvec2(mover->now.position),
-                       arrived && !mover->was_arrived});
+        one.has_arrived = arrived && !mover->was_arrived;
         mover->was_arrived = arrived;
     }
     return all;
@@ -221,8 +225,11 @@ void SceneWorld::keep(EventRecord record) {
 
 Result<void> SceneWorld::act(const std::vector<Action>& actions) {
     thread_.check();
-    const EventSpec now{.name = {}, .when = AtTime{now_ns_}, .actions = actions};
-    if (auto good = check_event(now, known_names(), ""); !good) return good;
+    KnownNames names = known_names();
+    for (std::size_t i = 0; i < actions.size(); ++i) {
+        if (auto good = check_action(actions[i], names, "do[" + std::to_string(i) + "]"); !good) return good;
+        add_spawned(actions[i], names);
+    }
     is_current_ = false;
     EventRecord record;
     record.world_ns = now_ns_;
@@ -243,10 +250,7 @@ Result<EventReport> SceneWorld::add_event(const EventSpec& spec) {
         return error(ErrorKind::resource_exhausted, "a world has at most 1000 events; remove one");
     KnownNames names = known_names();
     names.events.insert(spec.name);
-    for (const Action& action : spec.actions)
-        if (const auto* spawn = std::get_if<SpawnAction>(&action))
-            if (scene_->models.contains(spawn->actor.model))
-                names.actors.emplace(spawn->actor.name, spawn->actor.model);
+    for (const Action& action : spec.actions) add_spawned(action, names);
     if (auto good = check_event(spec, names, ""); !good) return std::unexpected(good.error());
     if (auto good = check_event_loop(spec, all, ""); !good) return std::unexpected(good.error());
     const auto* at = std::get_if<AtTime>(&spec.when);

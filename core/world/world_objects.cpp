@@ -17,6 +17,10 @@ Error no_object(const std::string& name) {
     return {ErrorKind::not_found, "name: there is no object '" + name.substr(0, 80) + "'; object.list lists them"};
 }
 
+bool finds_its_way(const BehaviourSpec& behaviour) {
+    return std::visit([](const auto& kind) { return requires { kind.walk; }; }, behaviour);
+}
+
 }  // namespace
 
 std::size_t SceneWorld::object_count() const {
@@ -32,7 +36,7 @@ Result<void> SceneWorld::spawn_object(const ObjectSpec& spec) {
         return error(ErrorKind::already_exists, "name: '" + spec.name + "' is taken by another object or actor");
     if (object_count() >= max_scene_objects)
         return error(ErrorKind::resource_exhausted, "a world has at most 20000 objects; remove one");
-    if (!spec.clip.empty() && movers_.size() >= max_world_actors)
+    if (!spec.clip.empty() && by_name_.size() >= max_world_actors)
         return error(ErrorKind::resource_exhausted, "a world has at most 5000 that move; remove one");
     if (auto good = check_object(spec, names, ""); !good) return good;
     is_current_ = false;
@@ -77,8 +81,8 @@ Result<void> SceneWorld::change_mover(Mover& mover, const ObjectPatch& patch) {
     if (patch.scale && *patch.scale != mover.scale) {
         mover.radius_m *= *patch.scale / mover.scale;
         mover.scale = *patch.scale;
-        // Clips of walking follow the ground at the pace of legs so long.
-        if (mover.is_actor) behave(mover, BehaviourSpec(mover.spec));
+        // The ways on which a body so large can walk are others.
+        if (mover.is_actor && finds_its_way(mover.spec)) behave(mover, BehaviourSpec(mover.spec));
     }
     return {};
 }

@@ -34,15 +34,9 @@ def rig_options() -> argparse.ArgumentParser:
 
 def connect_as_told(options: argparse.Namespace) -> Rig:
     """The rig of --control, else of $CAMRIG_CONTROL, else the default one; with the token of --token-file or $CAMRIG_TOKEN_FILE."""
-    control = getattr(options, "control", None) or os.environ.get("CAMRIG_CONTROL")
     token_file = getattr(options, "token_file", None) or os.environ.get("CAMRIG_TOKEN_FILE")
     token = read_token(token_file) if token_file else None
-    if control and "/" not in control and ":" in control:
-        host, _, port = control.rpartition(":")
-        if not port.isdigit():
-            raise CamrigError("invalid_argument", f"--control: '{control}' is neither a path nor HOST:PORT")
-        return connect(host=host.strip("[]"), port=int(port), token=token)
-    return connect(control, token=token)
+    return connect(getattr(options, "control", None), token=token)
 
 
 def run(main: Callable[[Sequence[str]], int]) -> int:

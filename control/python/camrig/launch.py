@@ -17,7 +17,7 @@ from .client import Client
 from .errors import CamrigError, CamrigTimeout
 from .places import find_binary, find_scene
 from .rig import Rig
-from .transport import unix_connector
+from .transport import MAX_WAIT_S, unix_connector
 
 
 _MAX_LOG_CHARS = 8000
@@ -127,7 +127,7 @@ class _Process:
         poller.register(self._ready_fd, select.POLLIN)
         try:
             while not line.endswith(b"\n"):
-                left_ms = int((deadline - time.monotonic()) * 1000)
+                left_ms = int(min(deadline - time.monotonic(), MAX_WAIT_S) * 1000)
                 if left_ms <= 0 or not poller.poll(left_ms):
                     raise CamrigTimeout("unavailable", self._failure(f"was not ready within {timeout_s:g} s"))
                 chunk = os.read(self._ready_fd, 4096)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import urllib.parse
 from pathlib import Path
 from types import TracebackType
@@ -312,12 +313,24 @@ class Rig:
 
 
 def default_control_path() -> str:
-    """Where `camrig serve` puts its socket: $CAMRIG_CONTROL, else in $XDG_RUNTIME_DIR, else in /tmp."""
+    """Where `camrig serve` puts its socket: $CAMRIG_CONTROL, else in $XDG_RUNTIME_DIR, else in /tmp. $CAMRIG_CONTROL may be an address."""
     if path := os.environ.get("CAMRIG_CONTROL"):
         return path
     if directory := os.environ.get("XDG_RUNTIME_DIR"):
         return os.path.join(directory, "camrig.sock")
     return f"/tmp/camrig-{os.getuid()}.sock"
+
+
+def _is_address(control: str) -> bool:
+    """Else it is a path; one with a colon has a slash too."""
+    return control.startswith("http://") or (":" in control and "/" not in control)
+
+
+def _host_and_port(address: str) -> tuple[str, int]:
+    parts = re.fullmatch(r"(?:\[(.+)\]|(.+)):([0-9]{1,5})", address)
+    if not parts or not 0 < int(parts[3]) < 65536:
+        raise CamrigError("invalid_argument", f"connect: '{address}' is neither HOST:PORT nor the path of a socket (with a /)")
+    return parts[1] or parts[2], int(parts[3])
 
 
 def _parts_of(url: str) -> tuple[str, int, str | None]:
@@ -343,23 +356,31 @@ def connect(
 ) -> Rig:
     """Connects to a running rig and checks that it answers.
 
-    control: its Unix socket (default: as for the command line), or "http://HOST:PORT": control over HTTP (`POST /rpc`), which every
-    rig has; the link that `camrig serve` prints will do. host with http_port is the same; host with port: control over TCP (`serve --tcp`).
+    control: its Unix socket, or "HOST:PORT": control over TCP (`serve --tcp`), or "http://HOST:PORT": control over HTTP (`POST /rpc`),
+    which every rig has; the link that `camrig serve` prints will do. Default: as for the command line, $CAMRIG_CONTROL first. host with
+    port or http_port is the same.
     token: where the rig asks for one; the key of a rig of this user on this machine is found. timeout: seconds for each call that names
     none itself.
     """
-    if isinstance(control, str) and control.startswith("http://"):
-        if host is not None or port is not None or http_port is not None:
-            raise CamrigError("invalid_argument", "connect: give an http:// address, or host and port")
-        host, http_port, key = _parts_of(control)
-        return connect(host=host, http_port=http_port, token=token or key, timeout=timeout)
+    has_parts = host is not None or port is not None or http_port is not None
+    if not control and not has_parts:
+        control = default_control_path()
+    if isinstance(control, str) and _is_address(control):
+        if has_parts:
+            raise CamrigError("invalid_argument", "connect: give an address, or host and port")
+        if control.startswith("http://"):
+            host, http_port, key = _parts_of(control)
+            return connect(host=host, http_port=http_port, token=token or key, timeout=timeout)
+        host, port = _host_and_port(control)
+        return connect(host=host, port=port, token=token, timeout=timeout)
     if host is None:
         if port is not None or http_port is not None:
             host = "127.0.0.1"
     elif control is not None or (port is None) == (http_port is None):
         raise CamrigError("invalid_argument", "connect: give control, or host with either port (TCP) or http_port")
     if host is None:
-        path = os.fspath(control or default_control_path())
+        assert control is not None
+        path = os.fspath(control)
         rig = Rig(Client(unix_connector(path), timeout_s=timeout), control=path, token=token)
     elif port is not None:
         address = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"

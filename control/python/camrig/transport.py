@@ -6,6 +6,7 @@ come next on it could be the answer to an earlier request.
 
 from __future__ import annotations
 
+import contextlib
 import http.client
 import json
 import os
@@ -13,7 +14,7 @@ import select
 import socket
 import time
 from abc import ABC, abstractmethod
-from typing import Callable
+from typing import Any, Callable
 
 from .errors import CamrigError, CamrigTimeout
 from .runtime import check_server, command_key
@@ -21,15 +22,18 @@ from .runtime import check_server, command_key
 #: Longest answer: a raw 8192x8192 frame of 4 bytes a pixel in base64, and some.
 MAX_ANSWER_BYTES = 400 << 20
 
+#: Longest wait in seconds (23 days): sockets and polls count milliseconds in 31 bits, and know no infinity.
+MAX_WAIT_S = 2e6
+
 #: Answers with one monotonic clock time; a request must be done before it.
 Deadline = float
 
 
 def _left(deadline: Deadline) -> float:
     left = deadline - time.monotonic()
-    if left <= 0:
+    if not left > 0:
         raise TimeoutError
-    return left
+    return min(left, MAX_WAIT_S)
 
 
 class Connection(ABC):
@@ -68,7 +72,20 @@ class LineConnection(Connection):
         if self._rest:
             raise CamrigError("internal", "the rig sent more than one line as an answer")
         self._socket.settimeout(_left(deadline))
-        self._socket.sendall(request + b"\n")
+        try:
+            self._socket.sendall(request + b"\n")
+        except ConnectionError as problem:
+            return self._last_line(problem, deadline)
+        return self._read_line(deadline)
+
+    def _last_line(self, problem: ConnectionError, deadline: Deadline) -> bytes:
+        """What the rig has said before it closed; what went wrong at sending, where it has said nothing."""
+        try:
+            return self._read_line(deadline)
+        except OSError:
+            raise problem from None
+
+    def _read_line(self, deadline: Deadline) -> bytes:
         chunks: list[bytes] = []
         received = 0
         while True:
@@ -123,21 +140,52 @@ def _reason(body: bytes) -> str:
         return ""
 
 
+class _PunctualSocket(socket.socket):
+    """Waits until its deadline and no longer, in however many pieces http.client sends and reads."""
+
+    deadline: Deadline
+
+    def recv_into(self, buffer: Any, nbytes: int = 0, flags: int = 0) -> int:
+        self.settimeout(_left(self.deadline))
+        return super().recv_into(buffer, nbytes, flags)
+
+    def sendall(self, data: Any, flags: int = 0) -> None:
+        self.settimeout(_left(self.deadline))
+        super().sendall(data, flags)
+
+
+def _connect(host: str, port: int, deadline: Deadline) -> socket.socket:
+    """To the first of the host's addresses that answers; those left to try share the time left."""
+    addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+    last = OSError(f"{host} has no address")
+    for number, (family, kind, protocol, _, address) in enumerate(addresses):
+        try:
+            with contextlib.ExitStack() as closing:
+                sock = closing.enter_context(socket.socket(family, kind, protocol))
+                sock.settimeout(_left(deadline) / (len(addresses) - number))
+                sock.connect(address)
+                sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+                closing.pop_all()
+                return sock
+        except OSError as problem:
+            last = problem
+    raise last
+
+
 class HttpConnection(Connection):
     """One object in the body of ``POST /rpc``."""
 
     def __init__(self, host: str, port: int, token: str | None, deadline: Deadline) -> None:
-        self._connection = http.client.HTTPConnection(host, port, timeout=_left(deadline))
-        self._connection.connect()
+        self._connection = http.client.HTTPConnection(host, port)
+        self._socket = self._connection.sock = _PunctualSocket(fileno=_connect(host, port, deadline).detach())
         self._headers = {"Content-Type": "application/json"}
-        if token := token or command_key(self._connection.sock):
+        if token := token or command_key(self._socket):
             self._headers["Authorization"] = f"Bearer {token}"
 
     def roundtrip(self, request: bytes, deadline: Deadline) -> bytes:
-        sock = self._connection.sock
-        if sock is None:
+        if self._connection.sock is None:
             raise ConnectionError("the rig closed the connection")
-        sock.settimeout(_left(deadline))
+        self._socket.deadline = deadline
         try:
             self._connection.request("POST", "/rpc", body=request, headers=self._headers)
             response = self._connection.getresponse()
@@ -194,12 +242,13 @@ def unix_connector(path: str | os.PathLike[str]) -> Connector:
 def tcp_connector(host: str, port: int) -> Connector:
     def connect(deadline: Deadline) -> Connection:
         try:
-            sock = socket.create_connection((host, port), timeout=_left(deadline))
+            sock = _connect(host, port, deadline)
+        except TimeoutError:
+            raise CamrigTimeout("unavailable", f"{host}:{port} does not answer") from None
         except OSError as problem:
             raise CamrigError(
                 "unavailable", f"no rig at {host}:{port} ({problem}); start one with: camrig serve SCENE --host {host} --tcp {port}"
             ) from problem
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         connection = LineConnection(sock)
         connection.key = command_key(sock)
         return connection
@@ -211,6 +260,8 @@ def http_connector(host: str, port: int, token: str | None) -> Connector:
     def connect(deadline: Deadline) -> Connection:
         try:
             return HttpConnection(host, port, token, deadline)
+        except TimeoutError:
+            raise CamrigTimeout("unavailable", f"http://{host}:{port} does not answer") from None
         except OSError as problem:
             raise CamrigError("unavailable", f"no rig at http://{host}:{port} ({problem})") from problem
 

@@ -19,6 +19,11 @@ constexpr TimeNs max_picture_ns = 10 * ns_per_s;
 }  // namespace
 
 Result<std::shared_ptr<const FilmFile>> read_film(const std::filesystem::path& file) {
+    // A pipe or a device might keep who opens it waiting for ever.
+    std::error_code failed;
+    const auto type = std::filesystem::status(file, failed).type();
+    if (type != std::filesystem::file_type::regular && type != std::filesystem::file_type::not_found)
+        return error(ErrorKind::invalid_argument, "is not a regular file");
     auto decoder = FilmDecoder::open(file);
     if (!decoder) return std::unexpected(decoder.error());
     auto index = (*decoder)->index();

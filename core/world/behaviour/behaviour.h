@@ -65,6 +65,7 @@ struct StepContext {
     std::uint64_t seed = 0;
     std::uint32_t id = 0;   ///< of the actor; its stream of random numbers
     double radius_m = 0.0;  ///< of its body
+    double scale = 1.0;     ///< of the actor: a larger one takes longer steps
     const WorldView* world = nullptr;
 
     double step_s() const { return static_cast<double>(step_ns) * 1e-9; }

@@ -36,8 +36,7 @@ struct Make {
     Gait::Options gait(const std::string& clip, const std::string& idle_clip) const {
         return {.model = actor.model,
                 .clip = clip_index(*actor.model, clip),
-                .idle_clip = clip_index(*actor.model, idle_clip),
-                .scale = actor.scale};
+                .idle_clip = clip_index(*actor.model, idle_clip)};
     }
     Walker walker(const WalkManner& walk) const {
         return Walker({.area = factory.area_of(walk.area, actor.radius_m),
@@ -58,13 +57,12 @@ struct Make {
                                .speed_m_s = route.speed_m_s,
                                .start_m = route.start_m,
                                .model = actor.model,
-                               .animation = clip_index(*actor.model, route.clip),
-                               .scale = actor.scale});
+                               .animation = clip_index(*actor.model, route.clip)});
         if (!joins) return walk;
         const RoutePath::Point begin = walk->begin();
         Walker approach({.area = nullptr, .speed_m_s = route.speed_m_s, .gait = gait(route.clip, "")});
         auto go = std::make_unique<GoTo>(std::move(approach), glm::dvec2(begin.position), begin.heading_rad);
-        return std::make_unique<JoinRoute>(std::move(go), std::move(walk));
+        return std::make_unique<JoinRoute>(std::move(go), std::move(walk), route.speed_m_s);
     }
     std::unique_ptr<Behaviour> operator()(const GoToBehaviour& go) const {
         return std::make_unique<GoTo>(walker(go.walk), glm::dvec2(go.position), go.yaw_rad);
@@ -88,7 +86,6 @@ struct Make {
                                                           .spec = vehicle,
                                                           .model = actor.model,
                                                           .animation = clip_index(*actor.model, vehicle.clip),
-                                                          .scale = actor.scale,
                                                           .joins = joins});
     }
     std::unique_ptr<Behaviour> operator()(const SteeredBehaviour& steered) const {

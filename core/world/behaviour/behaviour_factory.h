@@ -18,7 +18,6 @@ class BehaviourFactory {
 public:
     struct ForActor {
         ModelRef model;
-        double scale = 1.0;
         double radius_m = 0.0;
     };
 

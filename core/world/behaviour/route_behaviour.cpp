@@ -36,7 +36,7 @@ RouteWalk::RouteWalk(Options options)
       start_nm_(to_nm(options_.start_m)) {
     if (options_.animation < 0) return;
     const auto& animation = options_.model->animations[static_cast<std::size_t>(options_.animation)];
-    ground_nm_s_ = to_nm(animation.ground_speed_m_s * options_.scale);
+    ground_speed_m_s_ = animation.ground_speed_m_s;
 }
 
 WideInt RouteWalk::distance_nm(TimeNs now_ns) const {
@@ -45,8 +45,9 @@ WideInt RouteWalk::distance_nm(TimeNs now_ns) const {
     return std::min<WideInt>(walked, std::max(length_nm_, start_nm_));
 }
 
-WideInt RouteWalk::clip_ns(TimeNs now_ns) const {
-    return ground_nm_s_ > 0 ? distance_nm(now_ns) * ns_per_s / ground_nm_s_ : WideInt{now_ns};
+WideInt RouteWalk::clip_ns(TimeNs now_ns, double scale) const {
+    const std::int64_t ground_nm_s = to_nm(ground_speed_m_s_ * scale);
+    return ground_nm_s > 0 ? distance_nm(now_ns) * ns_per_s / ground_nm_s : WideInt{now_ns};
 }
 
 void RouteWalk::start(const StepContext& context, ActorState& state) {
@@ -84,8 +85,8 @@ void RouteWalk::step(const StepContext& context, ActorState& state) {
     state.orientation = turned_to(point.heading_rad);
     state.clips.clear();
     if (options_.animation >= 0) {
-        state.clips.push_back(clip_at(*options_.model, options_.animation, clip_ns(context.now_ns),
-                                      clip_ns(context.now_ns - context.step_ns)));
+        state.clips.push_back(clip_at(*options_.model, options_.animation, clip_ns(context.now_ns, context.scale),
+                                      clip_ns(context.now_ns - context.step_ns, context.scale)));
     }
 }
 

@@ -19,14 +19,13 @@ public:
         double start_m = 0.0;
         ModelRef model;
         int animation = -1;  ///< none
-        double scale = 1.0;  ///< of the actor: a larger one takes longer steps
     };
     explicit RouteWalk(Options options);
     void start(const StepContext& context, ActorState& state) override;
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<RouteWalk>(*this); }
     void add_to(Digest& digest) const override {
-        digest.add(static_cast<int>(options_.mode), length_nm_, speed_nm_s_, start_nm_, ground_nm_s_, origin_ns_,
+        digest.add(static_cast<int>(options_.mode), length_nm_, speed_nm_s_, start_nm_, ground_speed_m_s_, origin_ns_,
                    arrived_);
     }
     bool arrived() const override { return arrived_; }
@@ -38,15 +37,15 @@ private:
     RoutePath::Point at(WideInt walked_nm) const;
     /// Whole nanometres walked since the start of the route.
     WideInt distance_nm(TimeNs now_ns) const;
-    WideInt clip_ns(TimeNs now_ns) const;
+    WideInt clip_ns(TimeNs now_ns, double scale) const;
 
     Options options_;
     std::int64_t length_nm_;
     std::int64_t speed_nm_s_;
     std::int64_t start_nm_;
-    std::int64_t ground_nm_s_ = 0;  ///< of the clip at this scale; 0: real time
-    TimeNs origin_ns_ = 0;          ///< when it was at its start
-    bool arrived_ = false;          ///< mode once: stands at the end
+    double ground_speed_m_s_ = 0.0;  ///< of the clip; 0: real time
+    TimeNs origin_ns_ = 0;           ///< when it was at its start
+    bool arrived_ = false;           ///< mode once: stands at the end
 };
 
 }  // namespace camrig::world

@@ -28,4 +28,24 @@ void Sequence::step(const StepContext& context, ActorState& state) {
     begin(context, state);
 }
 
+void JoinRoute::step(const StepContext& context, ActorState& state) {
+    now_->step(context, state);
+    if (walk_ && now_->arrived()) {
+        const glm::dvec3 there = state.position;
+        now_ = std::move(walk_);
+        now_->start(context, state);
+        off_route_ = there - state.position;
+        joined_ns_ = context.now_ns;
+    }
+    if (off_route_ == glm::dvec3(0.0)) return;
+    // Smoothly, where it is steepest at the speed at which it walks.
+    const double over_s = 1.5 * glm::length(off_route_) / speed_m_s_;
+    const double left = 1.0 - static_cast<double>(context.now_ns - joined_ns_) * 1e-9 / over_s;
+    if (left <= 0.0) {
+        off_route_ = glm::dvec3(0.0);
+    } else {
+        state.position += left * left * (3.0 - 2.0 * left) * off_route_;
+    }
+}
+
 }  // namespace camrig::world

@@ -48,30 +48,34 @@ private:
     bool done_ = false;
 };
 
-/// Walks to where its route begins, then along it.
+/// Walks to where its route begins, then along it: what is left to the side and in height it loses on the way.
 class JoinRoute final : public Behaviour {
 public:
-    JoinRoute(std::unique_ptr<Behaviour> approach, std::unique_ptr<Behaviour> walk)
-        : now_(std::move(approach)), walk_(std::move(walk)) {}
+    JoinRoute(std::unique_ptr<Behaviour> approach, std::unique_ptr<Behaviour> walk, double speed_m_s)
+        : now_(std::move(approach)), walk_(std::move(walk)), speed_m_s_(speed_m_s) {}
+    JoinRoute(const JoinRoute& other, BehaviourFactory& factory)
+        : now_(other.now_->copy(factory)),
+          walk_(other.walk_ ? other.walk_->copy(factory) : nullptr),
+          speed_m_s_(other.speed_m_s_),
+          off_route_(other.off_route_),
+          joined_ns_(other.joined_ns_) {}
     std::unique_ptr<Behaviour> copy(BehaviourFactory& factory) const override {
-        return std::make_unique<JoinRoute>(now_->copy(factory), walk_ ? walk_->copy(factory) : nullptr);
+        return std::make_unique<JoinRoute>(*this, factory);
     }
     void add_to(Digest& digest) const override {
         now_->add_to(digest);
-        digest.add(walk_ != nullptr);
+        digest.add(walk_ != nullptr, off_route_, joined_ns_);
     }
     void start(const StepContext& context, ActorState& state) override { now_->start(context, state); }
-    void step(const StepContext& context, ActorState& state) override {
-        now_->step(context, state);
-        if (!walk_ || !now_->arrived()) return;
-        now_ = std::move(walk_);
-        now_->start(context, state);
-    }
+    void step(const StepContext& context, ActorState& state) override;
     bool arrived() const override { return !walk_ && now_->arrived(); }
     bool gives_way() const override { return now_->gives_way(); }
 
 private:
     std::unique_ptr<Behaviour> now_, walk_;
+    double speed_m_s_;
+    glm::dvec3 off_route_{0.0};  ///< where it was when it came to the route, against it
+    TimeNs joined_ns_ = 0;       ///< when that was
 };
 
 }  // namespace camrig::world

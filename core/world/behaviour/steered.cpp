@@ -13,7 +13,7 @@ constexpr double steered_turn_rad_s = 6.0;
 void Steered::steer(const SteerSpec& spec, const StepContext& context, ActorState& state) {
     velocity_ = spec.velocity.value_or(glm::dvec3(0.0));
     to_ = spec.position;
-    to_ns_ = context.now_ns + spec.over_ns;
+    left_ns_ = spec.over_ns;
     yaw_rad_ = spec.yaw_rad;
     if (to_ && spec.over_ns == 0) {
         state.position = *to_;
@@ -22,7 +22,7 @@ void Steered::steer(const SteerSpec& spec, const StepContext& context, ActorStat
     }
     if (spec.clip) {
         const int clip = spec.clip->empty() ? -1 : model_->find_animation(*spec.clip);
-        gait_ = Gait({.model = model_, .clip = clip, .idle_clip = -1, .scale = scale_});
+        gait_ = Gait({.model = model_, .clip = clip, .idle_clip = -1});
         gait_.start(context, state);
     }
 }
@@ -31,8 +31,8 @@ void Steered::step(const StepContext& context, ActorState& state) {
     glm::dvec3 moved = velocity_ * context.step_s();
     double share = 1.0;  // of the way and the turn that are left
     if (to_) {
-        const TimeNs left_ns = to_ns_ - (context.now_ns - context.step_ns);
-        share = left_ns > context.step_ns ? static_cast<double>(context.step_ns) / static_cast<double>(left_ns) : 1.0;
+        share = left_ns_ > context.step_ns ? static_cast<double>(context.step_ns) / static_cast<double>(left_ns_) : 1.0;
+        left_ns_ -= context.step_ns;
         moved = (*to_ - state.position) * share;
         if (share == 1.0) to_.reset();
     }

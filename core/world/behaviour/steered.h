@@ -8,13 +8,13 @@ namespace camrig::world {
 /// Moves as it was told last, by a program outside (actor.steer).
 class Steered final : public Behaviour {
 public:
-    explicit Steered(Gait::Options gait) : model_(gait.model), scale_(gait.scale), gait_(std::move(gait)) {}
+    explicit Steered(Gait::Options gait) : model_(gait.model), gait_(std::move(gait)) {}
     void start(const StepContext& context, ActorState& state) override { gait_.start(context, state); }
     void step(const StepContext& context, ActorState& state) override;
     std::unique_ptr<Behaviour> copy(BehaviourFactory&) const override { return std::make_unique<Steered>(*this); }
     void add_to(Digest& digest) const override {
         gait_.add_to(digest);
-        digest.add(velocity_, to_, to_ns_, yaw_rad_);
+        digest.add(velocity_, to_, left_ns_, yaw_rad_);
     }
     bool arrived() const override { return !to_ && velocity_ == glm::dvec3(0.0); }
 
@@ -23,11 +23,10 @@ public:
 
 private:
     ModelRef model_;
-    double scale_;
     Gait gait_;
     glm::dvec3 velocity_{0.0};
-    std::optional<glm::dvec3> to_;  ///< with when it is to be there
-    TimeNs to_ns_ = 0;
+    std::optional<glm::dvec3> to_;
+    TimeNs left_ns_ = 0;  ///< on the way there; none passes while it is carried
     std::optional<double> yaw_rad_;
 };
 

@@ -127,7 +127,7 @@ void Vehicle::place(const StepContext& context, double moved_m, ActorState& stat
     state.clips.clear();
     if (options_.animation < 0) return;
     const double ground =
-        options_.model->animations[static_cast<std::size_t>(options_.animation)].ground_speed_m_s * options_.scale;
+        options_.model->animations[static_cast<std::size_t>(options_.animation)].ground_speed_m_s * context.scale;
     const TimeNs advance = ground > 0.0 ? std::llround(moved_m / ground * 1e9) : context.step_ns;
     clip_ns_ += advance;
     state.clips.push_back(clip_at(*options_.model, options_.animation, clip_ns_, clip_ns_ - advance));

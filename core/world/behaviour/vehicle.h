@@ -21,7 +21,6 @@ public:
         VehicleBehaviour spec;
         ModelRef model;
         int animation = -1;  ///< none; with a ground speed (of the wheels' rims) it advances by the distance driven
-        double scale = 1.0;
         bool joins = false;  ///< from where it is, at the speed it has, onto the nearest point of the route
     };
     explicit Vehicle(Options options) : options_(std::move(options)) {}

@@ -44,8 +44,9 @@ glm::dvec2 swayed(const StepContext& context, const glm::dvec2& wanted) {
 }  // namespace
 
 void Gait::start(const StepContext& context, ActorState& state) {
-    idle_ns_ = static_cast<TimeNs>(random_bits(context.seed, context.id, ~std::uint64_t{0}) % (20 * ns_per_s));
-    show(state, 0, 0);
+    const std::uint64_t phase_ns = random_bits(context.seed, context.id, ~std::uint64_t{0}) % (20 * ns_per_s);
+    idle_from_ns_ = context.now_ns - static_cast<TimeNs>(phase_ns);
+    show(context, state, 0, 0);
 }
 
 void Gait::step(const StepContext& context, double moved_m, ActorState& state) {
@@ -54,21 +55,21 @@ void Gait::step(const StepContext& context, double moved_m, ActorState& state) {
     TimeNs walked_ns = 0;
     if (walks_ && options_.clip >= 0) {
         const double ground =
-            options_.model->animations[static_cast<std::size_t>(options_.clip)].ground_speed_m_s * options_.scale;
+            options_.model->animations[static_cast<std::size_t>(options_.clip)].ground_speed_m_s * context.scale;
         walked_ns = ground > 0.0 ? std::llround(moved_m / ground * 1e9) : context.step_ns;
     }
     walk_ns_ += walked_ns;
-    idle_ns_ += context.step_ns;
-    show(state, walked_ns, context.step_ns);
+    show(context, state, walked_ns, context.step_ns);
 }
 
-void Gait::show(ActorState& state, TimeNs walked_ns, TimeNs idled_ns) const {
+void Gait::show(const StepContext& context, ActorState& state, TimeNs walked_ns, TimeNs idled_ns) const {
+    const TimeNs idle_ns = context.now_ns - idle_from_ns_;
     state.clips.clear();
     const bool walk = options_.clip >= 0 && (walks_ || options_.idle_clip < 0);
     if (walk)
         state.clips.push_back(clip_at(*options_.model, options_.clip, walk_ns_, walk_ns_ - walked_ns));
     else if (options_.idle_clip >= 0)
-        state.clips.push_back(clip_at(*options_.model, options_.idle_clip, idle_ns_, idle_ns_ - idled_ns));
+        state.clips.push_back(clip_at(*options_.model, options_.idle_clip, idle_ns, idle_ns - idled_ns));
 }
 
 void Walker::start(const StepContext& context, ActorState& state) {

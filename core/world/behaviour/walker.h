@@ -19,22 +19,21 @@ public:
         ModelRef model;
         int clip = -1;       ///< none
         int idle_clip = -1;  ///< none
-        double scale = 1.0;  ///< of the actor: a larger one takes longer steps
     };
     explicit Gait(Options options) : options_(std::move(options)) {}
     /// Everybody idles with a phase of his own.
     void start(const StepContext& context, ActorState& state);
     void step(const StepContext& context, double moved_m, ActorState& state);
     void add_to(Digest& digest) const {
-        digest.add(options_.clip, options_.idle_clip, options_.scale, walk_ns_, idle_ns_, walks_);
+        digest.add(options_.clip, options_.idle_clip, walk_ns_, idle_from_ns_, walks_);
     }
 
 private:
-    void show(ActorState& state, TimeNs walked_ns, TimeNs idled_ns) const;
+    void show(const StepContext& context, ActorState& state, TimeNs walked_ns, TimeNs idled_ns) const;
 
     Options options_;
-    TimeNs walk_ns_ = 0;  ///< clip time; bounded by the life of a world
-    TimeNs idle_ns_ = 0;
+    TimeNs walk_ns_ = 0;       ///< clip time; bounded by the life of a world
+    TimeNs idle_from_ns_ = 0;  ///< by the actor's clock, as who is carried plays on by it
     bool walks_ = false;
 };
 

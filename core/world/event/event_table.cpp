@@ -76,7 +76,8 @@ void EventTable::look(Entry& entry, TimeNs now_ns, const std::vector<Witness>& a
         std::set<std::uint32_t> inside_now;
         for (const Witness& actor : actors) {
             if (!is_meant(*border, actor)) continue;
-            const bool was = entry.inside.contains(actor.id), is = inside(area.points, actor.position);
+            const bool was = entry.inside.contains(actor.id);
+            const bool is = actor.is_carried ? was : inside(area.points, actor.position);
             if (is) inside_now.insert(actor.id);
             if (was != is && is == border->enters) fire(*actor.name);
         }
@@ -86,6 +87,8 @@ void EventTable::look(Entry& entry, TimeNs now_ns, const std::vector<Witness>& a
             return std::ranges::find_if(actors, [&](const Witness& actor) { return *actor.name == name; });
         };
         const auto a = find(meeting->actors[0]), b = find(meeting->actors[1]);
+        const auto is_carried = [&](const auto& actor) { return actor != actors.end() && actor->is_carried; };
+        if (is_carried(a) || is_carried(b)) return;
         const bool near =
             a != actors.end() && b != actors.end() && glm::distance(a->position, b->position) <= meeting->distance_m;
         if (near && !entry.is_near) fire(meeting->actors[0]);

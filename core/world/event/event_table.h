@@ -19,6 +19,7 @@ struct Witness {
     const std::string* object_class = nullptr;
     glm::dvec2 position{0.0};
     bool has_arrived = false;  ///< in this step
+    bool is_carried = false;   ///< then it comes, leaves and meets only where it is put down
 };
 
 /// The events that wait, and which of them fire. Thread: the world's.

@@ -47,7 +47,7 @@ float emissive_strength(const tinygltf::ExtensionMap& extensions, const std::str
 }
 
 /// KHR_materials_transmission, by its factor: light of a share of it goes through, in the material's color, and is
-/// not scattered. What is blended over is dimmed alike in all channels: by the mean of the color.
+/// not scattered. What is blended over is dimmed by the mean of the color; `tint` is how each channel differs.
 void let_through(const tinygltf::ExtensionMap& extensions, const std::string& place, Material& to) {
     const auto found = extensions.find("KHR_materials_transmission");
     if (found == extensions.end() || !found->second.Has("transmissionFactor")) return;
@@ -61,6 +61,8 @@ void let_through(const tinygltf::ExtensionMap& extensions, const std::string& pl
     if (to.alpha_mode == AlphaMode::opaque) to.base_color.a = 1.0f;
     const glm::vec3 color(to.base_color);
     const float kept = 1.0f - to.transmission * (color.r + color.g + color.b) / 3.0f;
+    const glm::vec3 through = 1.0f - to.base_color.a * (1.0f - to.transmission * color);
+    to.tint = through / std::max(1.0f - to.base_color.a * kept, 1e-3f);
     to.base_color = glm::vec4(color * ((1.0f - to.transmission) / std::max(kept, 1e-3f)), to.base_color.a * kept);
     to.alpha_mode = AlphaMode::blend;
 }

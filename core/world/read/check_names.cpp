@@ -1,6 +1,5 @@
 #include "core/world/read/check_names.h"
 
-#include <functional>
 #include <initializer_list>
 
 #include "core/base/error_list.h"
@@ -20,6 +19,13 @@ std::string key_of(const std::string& path, std::string_view key) {
 bool is_excused(const std::string& name) {
     const ErrorList* const list = ErrorList::current();
     return list && list->excuses(name);
+}
+
+/// As a light of a model is called after its object: `OBJECT.LIGHT`. Both may have dots of their own.
+bool is_of_excused(const std::string& light) {
+    for (std::size_t dot = light.find('.'); dot != std::string::npos; dot = light.find('.', dot + 1))
+        if (is_excused(light.substr(0, dot))) return true;
+    return false;
 }
 
 std::unexpected<Error> refuse(ErrorKind kind, const std::string& path, const std::string& why) {
@@ -57,6 +63,7 @@ Result<void> check_light(const Scene& scene, const std::string& name, const std:
         lights.insert(switch_name(light));
     }
     if (scene.environment.daylight) lights.insert(sun_name);
+    if (!lights.contains(name) && is_of_excused(name)) return error(ErrorKind::not_found, "");
     return check_in(lights, name, "light", path);
 }
 
@@ -148,6 +155,34 @@ struct BehaviourCheck {
     }
 };
 
+/// Who hangs on somebody at once does so on an actor that is there at once. Of one that nobody knows, others tell.
+Result<void> check_is_there(const std::optional<Attachment>& attach, const KnownNames& names, const std::string& path) {
+    if (!attach || !names.spawned.contains(attach->actor) || is_excused(attach->actor)) return {};
+    std::set<std::string> there;
+    for (const ActorSpec& actor : names.scene.actors) there.insert(actor.name);
+    return refuse(ErrorKind::invalid_argument, key_of(path, "attach.actor"),
+                  "'" + attach->actor + "' comes by an event only; there from the start: " + known_names(there));
+}
+
+/// Of an actor that is there from the start, comes now, or comes by an event.
+Result<void> check_any_actor(const ActorSpec& actor, const KnownNames& names, const std::string& path) {
+    const auto model = names.scene.models.find(actor.model);
+    if (model == names.scene.models.end())
+        return unknown(key_of(path, "model"), "model", actor.model, known_names(names.scene.models));
+    const auto attachment = [&]() -> Result<void> {
+        if (!actor.attach) return {};
+        if (auto done = check_attachment(*actor.attach, names, key_of(path, "attach")); !done) return done;
+        if (actor.attach->actor != actor.name) return {};
+        return refuse(ErrorKind::invalid_argument, key_of(path, "attach.actor"), "an actor hangs on another");
+    };
+    const auto place = [&]() -> Result<void> {
+        if (actor.object_class != person_class || actor.attach || begins_elsewhere(actor.behaviour)) return {};
+        return check_place(names, actor.position, key_of(path, "position"));
+    };
+    return first_error({attachment(), place(),
+                        check_behaviour(actor.behaviour, *model->second.model, names, key_of(path, "behaviour"))});
+}
+
 struct TriggerCheck {
     const KnownNames& names;
     const std::string path;
@@ -197,7 +232,7 @@ struct ActionCheck {
     Result<void> operator()(const StartAction& action) const { return actor(action.actor); }
     Result<void> operator()(const PlayAction& action) const { return clip_of(action.actor, action.clip); }
     Result<void> operator()(const SpawnAction& action) const {
-        return check_actor(action.actor, names, key_of(path, "actor"));
+        return check_any_actor(action.actor, names, key_of(path, "actor"));
     }
     Result<void> operator()(const RemoveAction& action) const { return actor(action.actor); }
     Result<void> operator()(const PickUpAction& action) const {
@@ -228,17 +263,22 @@ struct ActionCheck {
 }  // namespace
 
 KnownNames names_of(const Scene& scene) {
-    KnownNames names{.scene = scene, .actors = {}, .objects = {}, .events = {}};
+    KnownNames names{.scene = scene, .actors = {}, .spawned = {}, .objects = {}, .events = {}};
     for (const ActorSpec& actor : scene.actors) names.actors.emplace(actor.name, actor.model);
     for (const ObjectSpec& object : scene.objects) names.objects.insert(object.name);
     for (const EventSpec& event : scene.events) {
         names.events.insert(event.name);
-        for (const Action& action : event.actions)
-            if (const auto* spawn = std::get_if<SpawnAction>(&action))
-                if (scene.models.contains(spawn->actor.model) || is_excused(spawn->actor.model))
-                    names.actors.emplace(spawn->actor.name, spawn->actor.model);
+        for (const Action& action : event.actions) add_spawned(action, names);
     }
     return names;
+}
+
+void add_spawned(const Action& action, KnownNames& names) {
+    const auto* const spawn = std::get_if<SpawnAction>(&action);
+    if (!spawn) return;
+    const ActorSpec& actor = spawn->actor;
+    if (!names.scene.models.contains(actor.model) && !is_excused(actor.model)) return;
+    if (names.actors.emplace(actor.name, actor.model).second) names.spawned.insert(actor.name);
 }
 
 Result<void> check_clip(const Model& model, const std::string& clip, const std::string& path) {
@@ -270,61 +310,29 @@ Result<void> check_object(const ObjectSpec& object, const KnownNames& names, con
         return unknown(key_of(path, "model"), "model", object.model, known_names(names.scene.models));
     return first_error(
         {check_clip(*model->second.model, object.clip, key_of(path, "clip")),
-         object.attach ? check_attachment(*object.attach, names, key_of(path, "attach")) : Result<void>()});
+         object.attach ? check_attachment(*object.attach, names, key_of(path, "attach")) : Result<void>(),
+         check_is_there(object.attach, names, path)});
 }
 
 Result<void> check_actor(const ActorSpec& actor, const KnownNames& names, const std::string& path) {
-    const auto model = names.scene.models.find(actor.model);
-    if (model == names.scene.models.end())
-        return unknown(key_of(path, "model"), "model", actor.model, known_names(names.scene.models));
-    const auto attachment = [&]() -> Result<void> {
-        if (!actor.attach) return {};
-        if (auto done = check_attachment(*actor.attach, names, key_of(path, "attach")); !done) return done;
-        if (actor.attach->actor != actor.name) return {};
-        return refuse(ErrorKind::invalid_argument, key_of(path, "attach.actor"), "an actor hangs on another");
-    };
-    const auto place = [&]() -> Result<void> {
-        if (actor.object_class != person_class || actor.attach || begins_elsewhere(actor.behaviour)) return {};
-        return check_place(names, actor.position, key_of(path, "position"));
-    };
-    return first_error({attachment(), place(),
-                        check_behaviour(actor.behaviour, *model->second.model, names, key_of(path, "behaviour"))});
+    return first_error({check_any_actor(actor, names, path), check_is_there(actor.attach, names, path)});
 }
 
 Result<void> check_event(const EventSpec& event, const KnownNames& names, const std::string& path) {
     Result<void> all = std::visit(TriggerCheck{names, key_of(path, "when")}, event.when);
-    for (std::size_t i = 0; i < event.actions.size(); ++i) {
-        const ActionCheck check{names, key_of(path, "do[" + std::to_string(i) + "]")};
-        all = first_error({all, std::visit(check, event.actions[i])});
-    }
+    for (std::size_t i = 0; i < event.actions.size(); ++i)
+        all = first_error({all, check_action(event.actions[i], names, key_of(path, "do[" + std::to_string(i) + "]"))});
     return all;
 }
 
-void add_follows(const std::string& actor, const BehaviourSpec& behaviour, FollowGraph& graph) {
-    if (const auto* follow = std::get_if<FollowBehaviour>(&behaviour)) graph.emplace(actor, follow->actor);
-    if (const auto* sequence = std::get_if<SequenceBehaviour>(&behaviour))
-        for (const SequenceStep& step : sequence->steps) add_follows(actor, step.behaviour, graph);
+Result<void> check_action(const Action& action, const KnownNames& names, const std::string& path) {
+    return std::visit(ActionCheck{names, path}, action);
 }
 
-Result<void> check_follows(const std::string& actor, const FollowGraph& graph, const std::string& path) {
-    std::set<std::string> seen;
-    std::string trail = "'" + actor + "'";
-    // Depth first; `trail` tells the circle when it is found.
-    const std::function<bool(const std::string&, std::string)> leads_back = [&](const std::string& from,
-                                                                                std::string so_far) {
-        const auto [begin, end] = graph.equal_range(from);
-        for (auto edge = begin; edge != end; ++edge) {
-            const std::string next = so_far + " follows '" + edge->second + "'";
-            if (edge->second == actor) {
-                trail = next;
-                return true;
-            }
-            if (seen.insert(edge->second).second && leads_back(edge->second, next)) return true;
-        }
-        return false;
-    };
-    if (!leads_back(actor, trail)) return {};
-    return refuse(ErrorKind::invalid_argument, key_of(path, "behaviour"), trail + ": somebody must lead");
+Result<void> check_follows(const std::string& actor, FollowGraph& graph, const std::string& path) {
+    const auto circle = graph.circle_of(actor);
+    if (!circle) return {};
+    return refuse(ErrorKind::invalid_argument, key_of(path, "behaviour"), *circle + ": somebody must lead");
 }
 
 Result<void> check_event_loop(const EventSpec& event, std::span<const EventSpec> all, const std::string& path) {

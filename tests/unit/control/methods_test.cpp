@@ -1,8 +1,10 @@
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <iterator>
 #include <map>
 #include <set>
+#include <thread>
 
 #include <gmock/gmock.h>
 
@@ -397,6 +399,35 @@ TEST(RpcServer, ARequestThatNobodyAnswersIsAnsweredUnavailable) {
     RpcHarness rpc;
     rpc.rig.drop_commands();
     EXPECT_THAT(rpc.failure("world.status", "{}"), StartsWith("-32000 unavailable"));
+}
+
+// All of its message, in order, by the thread that reads the files.
+TEST(RpcServer, AMessageWithABackdropIsStartedByAnotherThread) {
+    RpcHarness rpc;
+    rpc.result("camera.create", lobby);
+    const std::string batch =
+        R"([{"jsonrpc":"2.0","id":1,"method":"camera.set","params":{"name":"lobby","backdrop":{"file":"/none.png"}}},)"
+        R"({"jsonrpc":"2.0","id":2,"method":"camera.delete","params":{"name":"lobby"}}])";
+    std::thread::id by;
+    std::promise<std::string> answered;
+    std::promise<void> started;
+    const auto done = [&](const RpcAnswer& answer) {
+        by = std::this_thread::get_id();
+        answered.set_value(answer.joined());
+    };
+    EXPECT_FALSE(rpc.server.handle(batch, done, Authority::own, {}, false, [&] { started.set_value(); }));
+    started.get_future().wait();
+    const json answers = json::parse(answered.get_future().get());
+    EXPECT_THAT(answers[0]["error"]["message"].get<std::string>(), HasSubstr("/none.png"));
+    EXPECT_TRUE(answers[1].contains("result")) << answers.dump();
+    EXPECT_NE(by, std::this_thread::get_id());
+}
+
+TEST(RpcServer, AMessageWithABackdropIsAnsweredUnavailableOnceTheServerHasStopped) {
+    RpcHarness rpc;
+    rpc.server.stop();
+    EXPECT_THAT(rpc.failure("camera.set", R"({"name":"lobby","backdrop":{"file":"/none.png"}})"),
+                StartsWith("-32000 unavailable"));
 }
 
 TEST(RpcServer, AnswersMayComeAfterTheServerIsGone) {

@@ -120,5 +120,25 @@ TEST_F(WorldCommandsTest, AnEventMovesACameraFromItsInstantOn) {
     EXPECT_EQ(call(GetCamera{"c"})->now.pose.position, glm::dvec3(1, 2, 3));
 }
 
+TEST_F(WorldCommandsTest, TheFirstPictureOfAWorldShowsWhatItsEventsDidToCamerasAtItsBegin) {
+    CreateCamera create;
+    create.name = "stays";
+    ASSERT_TRUE(call(create));
+    auto scene = std::make_shared<world::Scene>();
+    scene->cameras.emplace_back().name = "comes";
+    world::EventSpec& look = scene->events.emplace_back();
+    look.name = "look";
+    look.when = world::AtTime{0};
+    for (const char* camera : {"stays", "comes"})
+        look.actions.push_back(world::CameraAction{
+            .camera = camera, .pose = camera::Pose{{1, 2, 3}}, .vfov_rad = {}, .clock = {}, .duration_ns = 0});
+    ASSERT_TRUE(call(LoadWorld{scene}));
+    for (const char* camera : {"stays", "comes"}) {
+        const auto truth = call(GetTruth{camera, 0});
+        ASSERT_TRUE(truth) << truth.error().message;
+        EXPECT_EQ((*truth)->pose.position, glm::dvec3(1, 2, 3)) << camera;
+    }
+}
+
 }  // namespace
 }  // namespace camrig::engine::world_commands_test

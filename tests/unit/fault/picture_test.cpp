@@ -231,7 +231,24 @@ TEST(DeadPixels, AreAsManyAsWereAskedForAndStayWhereTheyAre) {
     EXPECT_EQ(rgba, changed(DeadPixels{.share = 0.1}, 1.0, 500));
     int dead = 0;
     for (std::size_t i = 0; i < rgba.size(); i += 4) dead += rgba[i] == rgba[i + 1] && rgba[i] == rgba[i + 2];
-    EXPECT_NEAR(dead, 0.1 * size.pixels(), 0.02 * size.pixels()) << "some are chosen twice";
+    EXPECT_NEAR(dead, 0.1 * size.pixels(), 3.0 * std::sqrt(0.09 * size.pixels()));
+}
+
+TEST(DeadPixels, AreOthersOfEachFault) {
+    const auto dead_of = [](std::uint64_t id) {
+        Fault fault = *fault_of(DeadPixels{.share = 0.1}, 1.0);
+        fault.id = id;
+        auto rgba = picture();
+        change_picture(at_frame(std::make_shared<const Fault>(fault), 1), size, rgba);
+        std::vector<bool> dead;
+        for (std::size_t i = 0; i < rgba.size(); i += 4)
+            dead.push_back(rgba[i] == rgba[i + 1] && rgba[i] == rgba[i + 2]);
+        return dead;
+    };
+    const auto one = dead_of(1), other = dead_of(2);
+    double both = 0;
+    for (std::size_t i = 0; i < one.size(); ++i) both += one[i] && other[i];
+    EXPECT_NEAR(both, 0.01 * size.pixels(), 3.0 * std::sqrt(0.01 * size.pixels()));
 }
 
 TEST(DeadRows, AreWholeRowsOrColumns) {

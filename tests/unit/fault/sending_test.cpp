@@ -49,6 +49,17 @@ TEST(CorruptJpeg, DamagesAsManyBytesAsItIsToldBehindTheHeader) {
     EXPECT_TRUE(damaged({.mode = Damage::truncate, .amount = 100'000, .keep_header = false}).empty());
 }
 
+TEST(CorruptJpeg, LeavesTheHeaderWhereItIsNotSent) {
+    for (const Damage mode : {Damage::truncate, Damage::truncate_eoi, Damage::cut, Damage::zero, Damage::bitflip}) {
+        const FaultRef fault = fault_of(CorruptJpeg{.mode = mode, .amount = 100'000, .keep_header = false});
+        const auto sent = damaged_jpeg(at_frame(fault, 5), "rtsp", jpeg());
+        ASSERT_TRUE(sent);
+        ASSERT_GE(sent->bytes.size(), header_bytes);
+        EXPECT_TRUE(std::equal(sent->bytes.begin(), sent->bytes.begin() + header_bytes, jpeg().begin()))
+            << static_cast<int>(mode);
+    }
+}
+
 TEST(CorruptJpeg, IsTheSameForAFrameAndAnotherForTheNext) {
     const CorruptJpeg how{.mode = Damage::bitflip, .amount = 10};
     EXPECT_EQ(damaged(how), damaged(how));

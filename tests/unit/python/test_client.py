@@ -1,11 +1,15 @@
 """The client against a stand-in for the daemon."""
 
+import contextlib
 import fcntl
 import http.server
 import json
+import os
+import signal
 import socket
 import threading
 import time
+from pathlib import Path
 
 import pytest
 
@@ -41,6 +45,20 @@ def test_an_error_of_the_rig_keeps_the_connection(client_rig, fake):
     assert fake.connections == before
 
 
+@pytest.mark.parametrize("answered", [None, 7000])
+def test_what_answers_no_request_of_ours_is_an_error_and_ends_the_connection(client_rig, fake, monkeypatch, answered):
+    """As a message that is too long is refused: without an id, and the rig closes behind it."""
+    before, answer = fake.connections, fake.answer
+    refusal = json.dumps({"jsonrpc": "2.0", "id": answered, "error": {"code": -32600, "message": "too long", "data": {"kind": "resource_exhausted"}}})
+    monkeypatch.setattr(fake, "answer", lambda line: refusal.encode() + b"\n")
+    with pytest.raises(camrig.CamrigError, match="7000" if answered else "too long") as caught:
+        client_rig.info()
+    assert caught.value.kind == ("internal" if answered else "resource_exhausted")
+    monkeypatch.setattr(fake, "answer", answer)
+    assert client_rig.info()["http"] == 8123
+    assert fake.connections == before + 1
+
+
 def test_no_rig_says_how_to_start_one(tmp_path):
     with pytest.raises(camrig.CamrigError, match="camrig serve") as caught:
         camrig.connect(tmp_path / "nothing.sock")
@@ -56,6 +74,17 @@ def test_a_rig_that_does_not_answer_is_a_timeout_and_the_next_call_is_in_step(cl
     assert isinstance(caught.value, TimeoutError)
     gate.set()
     assert client_rig.call("server.info")["http"] == 8123
+
+
+@pytest.mark.parametrize("long", [float("inf"), 1e10])
+def test_a_timeout_may_be_as_long_as_one_likes(client_rig, tmp_path, long):
+    assert client_rig.client.call("server.info", timeout_s=long)["http"] == 8123
+    camrig.connect(tmp_path / "control.sock", timeout=long).close()
+
+
+def test_a_timeout_that_is_no_number_is_over_at_once(client_rig):
+    with pytest.raises(camrig.CamrigTimeout):
+        client_rig.client.call("server.info", timeout_s=float("nan"))
 
 
 def test_a_closed_connection_is_opened_again(tmp_path):
@@ -117,6 +146,34 @@ def test_many_threads_get_their_own_answers(client_rig, fake):
     assert not wrong
 
 
+def is_true_in_a_forked_process(work):
+    """False too where it hangs."""
+    child = os.fork()
+    if child == 0:
+        answer = False
+        try:
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            signal.alarm(20)
+            answer = work()
+        finally:
+            os._exit(not answer)
+    return os.waitpid(child, 0)[1] == 0
+
+
+def test_a_forked_process_opens_connections_of_its_own(client_rig, fake):
+    before = fake.connections
+    assert len(client_rig.client._idle) == 1
+    assert is_true_in_a_forked_process(lambda: client_rig.info()["http"] == 8123)
+    assert fake.connections == before + 1
+    client_rig.info()
+    assert fake.connections == before + 1, "that of the parent is as it was"
+
+
+def test_a_fork_while_another_thread_holds_the_lock_does_not_stop_the_forked_process(client_rig):
+    with client_rig.client._lock:
+        assert is_true_in_a_forked_process(lambda: client_rig.info()["http"] == 8123)
+
+
 def test_what_is_not_json_is_refused_before_it_is_sent(client_rig, fake):
     with pytest.raises(camrig.CamrigError) as caught:
         client_rig.call("camera.set", name="x", near=float("nan"))
@@ -133,6 +190,50 @@ def test_control_over_tcp_gives_its_token_first():
         assert rig.http_url == "http://127.0.0.1:8123"
     assert fake.requests[0] == ("auth", {"token": "secret-token"})
     assert [method for method, _ in fake.requests].count("auth") == 1
+    server.shutdown()
+    server.server_close()
+
+
+def test_a_rig_that_does_not_answer_the_token_is_a_timeout_too():
+    fake, gate = fake_rig.FakeRig(), threading.Event()
+    fake.handlers["auth"] = lambda params: gate.wait(10)
+    server, port = fake_rig.serve_tcp(fake)
+    with pytest.raises(camrig.CamrigTimeout, match="auth: no answer within 0.2 s"):
+        camrig.connect(host="127.0.0.1", port=port, token="secret-token", timeout=0.2)
+    gate.set()
+    server.shutdown()
+    server.server_close()
+
+
+@contextlib.contextmanager
+def deaf_address():
+    """Where nobody answers: a listener that takes nobody, and has as many who wait as it can have."""
+    with contextlib.ExitStack() as stack:
+        listener = stack.enter_context(socket.create_server(("127.0.0.1", 0), backlog=0))
+        for _ in range(3):
+            waiting = stack.enter_context(socket.socket())
+            waiting.setblocking(False)
+            waiting.connect_ex(listener.getsockname())
+        yield listener.getsockname()
+
+
+@pytest.mark.parametrize("way", ["port", "http_port"])
+def test_a_host_of_many_addresses_has_one_time_out(monkeypatch, way):
+    def resolve_to(*addresses):
+        monkeypatch.setattr(socket, "getaddrinfo", lambda *_, **__: [(socket.AF_INET, socket.SOCK_STREAM, 0, "", address) for address in addresses])
+
+    fake = fake_rig.FakeRig()
+    server, port = fake_rig.serve_tcp(fake) if way == "port" else fake_rig.serve_http(fake)
+    with deaf_address() as deaf:
+        resolve_to(deaf, deaf, deaf, deaf)
+        begin = time.monotonic()
+        with pytest.raises(camrig.CamrigTimeout, match=f"rig.example:{port} does not answer") as caught:
+            camrig.connect(host="rig.example", **{way: port}, timeout=0.5)
+        assert caught.value.kind == "unavailable" and time.monotonic() - begin < 1.5
+        # One that answers is found behind one that does not.
+        resolve_to(deaf, ("127.0.0.1", port))
+        with camrig.connect(host="rig.example", **{way: port}, timeout=2) as rig:
+            assert rig.info()["http"] == 8123
     server.shutdown()
     server.server_close()
 
@@ -209,7 +310,33 @@ def test_a_key_that_no_rig_of_this_user_holds_is_not_shown(keys, planted):
     server.server_close()
 
 
-@pytest.mark.parametrize("address", ["http://", "http://:80", "http://127.0.0.1:99999", "http://127.0.0.1:80/cameras"])
+def test_an_address_is_taken_as_on_the_command_line_given_or_in_the_environment(monkeypatch):
+    fake = fake_rig.FakeRig()
+    tcp, tcp_port = fake_rig.serve_tcp(fake)
+    http, http_port = fake_rig.serve_http(fake)
+    for address in (f"127.0.0.1:{tcp_port}", f"[127.0.0.1]:{tcp_port}", f"http://127.0.0.1:{http_port}"):
+        camrig.connect(address).close()
+        monkeypatch.setenv("CAMRIG_CONTROL", address)
+        camrig.connect().close()
+    assert len(fake.requests) == 6
+    with camrig.connect(host="127.0.0.1", port=tcp_port) as rig:
+        assert rig.control == f"127.0.0.1:{tcp_port}", "what was told goes before the environment"
+    for server in (tcp, http):
+        server.shutdown()
+        server.server_close()
+
+
+def test_a_path_object_with_a_colon_is_a_path_and_so_is_text_with_a_slash(tmp_path, monkeypatch):
+    fake = fake_rig.FakeRig()
+    server = fake_rig.serve_unix(fake, str(tmp_path / "a:1"))
+    monkeypatch.chdir(tmp_path)
+    for control in (Path("a:1"), "./a:1"):
+        camrig.connect(control).close()
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.mark.parametrize("address", ["host:", ":80", "host:port", "host:0", "host:99999", "host:+8", "http://", "http://:80", "http://127.0.0.1:99999", "http://127.0.0.1:80/cameras"])
 def test_an_address_that_is_none_is_said_to_be(address):
     with pytest.raises(camrig.CamrigError) as refused:
         camrig.connect(address)
@@ -242,6 +369,40 @@ def test_bytes_behind_an_answer_are_taken_whole_however_they_come():
     thread.join()
     connection.close()
     rigs.close()
+
+
+def test_what_the_rig_said_before_it_closed_is_told_though_nothing_can_be_sent_any_more():
+    ours, rigs = socket.socketpair()
+    connection = LineConnection(ours)
+    rigs.sendall(b'{"error": "too many"}\n')
+    rigs.close()
+    assert connection.roundtrip(b"ask", time.monotonic() + 20) == b'{"error": "too many"}'
+    with pytest.raises(BrokenPipeError):
+        connection.roundtrip(b"ask", time.monotonic() + 20)
+    connection.close()
+
+
+@pytest.mark.parametrize("head", [b"", b"HTTP/1.1 200 OK\r\nContent-Type: application/json\r\nContent-Length: 1000\r\n\r\n"])
+def test_over_http_a_call_ends_in_time_however_slowly_its_answer_comes(head):
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def answer():
+        connection, _ = listener.accept()
+        with connection, contextlib.suppress(OSError):
+            connection.recv(1000)
+            connection.sendall(head)
+            for _ in range(50):
+                connection.sendall(b"H")
+                time.sleep(0.1)
+
+    thread = threading.Thread(target=answer)
+    thread.start()
+    begin = time.monotonic()
+    with pytest.raises(camrig.CamrigTimeout):
+        camrig.connect(host="127.0.0.1", http_port=listener.getsockname()[1], timeout=0.5)
+    assert time.monotonic() - begin < 3
+    thread.join()
+    listener.close()
 
 
 def test_a_refusal_by_http_keeps_its_reason_and_kind():

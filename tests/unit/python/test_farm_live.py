@@ -24,7 +24,8 @@ from camrig.farm.live.multipart import join, parts_of
 from camrig.farm.live.placement import FULL, ROOM, moves, order_of, owner_of
 from camrig.farm.live.roster import Roster
 from camrig.farm.live.sequencer import Sequencer
-from camrig.farm.live.up import find_nats_server
+from camrig.farm.live import up
+from camrig.farm.live.up import Farm, find_nats_server
 
 
 @contextlib.asynccontextmanager
@@ -480,3 +481,24 @@ def test_a_step_that_no_rig_takes_is_refused_at_once(params):
         sequencer._step({"at_ns": 0, "params": params})
     assert refused.value.kind == "invalid_argument"
     assert sequencer._step({"at_ns": 5, "params": {"seconds": 0.5}}) == {"at_ns": 5, "kind": "step", "to_ns": 500_000_005, "timeout_s": 10}
+
+
+def test_a_nats_server_that_dies_at_once_is_started_again_ever_more_seldom(monkeypatch, capsys):
+    pauses_s, farm = [], Farm(SimpleNamespace())
+
+    async def dead():
+        return 1
+
+    async def start(port):
+        assert port == 4222
+        return SimpleNamespace(wait=dead)
+
+    async def pause(seconds):
+        pauses_s.append(seconds)
+        farm._is_ending = len(pauses_s) == 9
+
+    monkeypatch.setattr(farm, "_start_nats", start)
+    monkeypatch.setattr(up.asyncio, "sleep", pause)
+    asyncio.run(farm._keep_bus(SimpleNamespace(wait=dead), 4222))
+    assert pauses_s == [0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 10.0, 10.0, 10.0]
+    assert capsys.readouterr().err.count("is started again: it says nothing") == 8

@@ -36,6 +36,12 @@ def test_options_become_the_command_line(fake_binary):
         assert rig.rtsp_url == "rtsp://127.0.0.1:8555"
 
 
+@pytest.mark.parametrize("long", [float("inf"), 1e10])
+def test_it_may_take_as_long_as_one_likes_to_be_ready(fake_binary, long):
+    with camrig.start("scene.json", binary=fake_binary, timeout=long) as rig:
+        assert alive(rig.info()["pid"])
+
+
 def test_nothing_is_left_after_close(fake_binary):
     with camrig.start("scene.json", binary=fake_binary) as rig:
         pid, directory = rig.info()["pid"], private_directory(rig)

@@ -1,10 +1,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/world/read/follow_graph.h"
 #include "core/world/world.h"
 #include "tests/unit/world/world_fixture.h"
 
@@ -113,6 +115,25 @@ TEST(Actors, FollowersDoNotFollowEachOther) {
     EXPECT_THAT(world->change_actor(patch).error().message, HasSubstr("'anna' follows 'ben' follows 'anna'"));
 }
 
+TEST(FollowGraph, FindsWhoIsOnACircleAndNotWhoOnlyLeadsIntoOne) {
+    FollowGraph graph;
+    const auto follows = [&](const char* who, const char* whom) { graph.add(who, FollowBehaviour{.actor = whom}); };
+    follows("lost", "a");
+    follows("a", "b");
+    follows("b", "end");
+    follows("b", "a");
+    follows("a", "c");
+    follows("c", "b");
+    follows("self", "self");
+    EXPECT_EQ(graph.circle_of("lost"), std::nullopt);
+    EXPECT_EQ(graph.circle_of("a"), "'a' follows 'b' follows 'a'");
+    EXPECT_EQ(graph.circle_of("b"), "'b' follows 'a' follows 'b'");
+    EXPECT_EQ(graph.circle_of("c"), "'c' follows 'b' follows 'a' follows 'c'");
+    EXPECT_EQ(graph.circle_of("self"), "'self' follows 'self'");
+    EXPECT_EQ(graph.circle_of("end"), std::nullopt);
+    EXPECT_EQ(graph.circle_of("nobody"), std::nullopt);
+}
+
 TEST(Actors, FollowersKeepTheirDistance) {
     auto scene = empty_scene();
     scene->actors = {actor(walker_at_origin), actor(R"({"name": "ben", "model": "man", "class": "person", "position":
@@ -199,6 +220,25 @@ TEST(Actors, ASequenceGoesOnWhenAStepHasArrivedOrItsTimeIsOver) {
     EXPECT_LT(glm::distance(find(*world, "anna").position, glm::dvec3(4, 1, 0)), 0.1);
     EXPECT_NEAR((find(*world, "anna").orientation * glm::dvec3(1, 0, 0)).y, 1.0, 1e-3);
     EXPECT_TRUE(find(*world, "anna").arrived);
+}
+
+TEST(Actors, WhoJoinsARouteDoesNotJumpOntoIt) {
+    auto scene = empty_scene();
+    scene->routes["high"] = {.points = {{0, 10, 3}, {20, 10, 5}}};
+    scene->actors = {actor(R"({"name": "drone", "model": "man", "position": [1, 5, 0]})")};
+    auto world = World::create(scene, 1).value();
+    ActorPatch patch{.name = "drone"};
+    patch.behaviour = behaviour(R"({"type": "route", "route": "high", "speed": 1})");
+    ASSERT_TRUE(world->change_actor(patch));
+    glm::dvec3 before = find(*world, "drone").position;
+    for (TimeNs t = 0; t <= 20 * ns_per_s; t += 20 * ns_per_ms) {
+        world->advance_to(t);
+        const glm::dvec3 at = find(*world, "drone").position;
+        ASSERT_LE(glm::distance(at, before), 0.05) << t;
+        before = at;
+    }
+    EXPECT_NEAR(before.y, 10.0, 1e-6);
+    EXPECT_NEAR(before.z, 3.0 + before.x / 10.0, 0.01);
 }
 
 TEST(Actors, WhoIsSentToARouteWalksThere) {
@@ -327,6 +367,108 @@ TEST(Actors, AnObjectInAHandGoesWithIt) {
     EXPECT_EQ(held.info->id, ObjectId{1});
     EXPECT_LT(glm::distance(held.position, anna.position + glm::dvec3(0, 0, 1)), 1e-9);
     EXPECT_EQ(held.velocity, anna.velocity);
+}
+
+TEST(Actors, WhoIsGoneTakesNoPlaceInAWorldThatStandsStill) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man"})")};
+    auto world = World::create(scene, 1).value();
+    const ActorSpec guest = actor(R"({"name": "guest", "model": "man"})");
+    for (std::size_t i = 0; i < max_world_actors + 10; ++i) {
+        const auto come = world->spawn_actor(guest);
+        ASSERT_TRUE(come) << i << ": " << come.error().message;
+        ASSERT_TRUE(world->remove_actor("guest"));
+    }
+    ObjectSpec fan{.name = "fan", .model = "man", .clip = "wait", .attach = {}};
+    EXPECT_TRUE(world->spawn_object(fan));
+    EXPECT_EQ(world->actors().size(), 1u);
+    world->advance_to(ns_per_s);
+    EXPECT_EQ(world->snapshot(ns_per_s)->movers.size(), 2u);
+}
+
+TEST(Actors, WhoCarriedSomebodyThatIsGoneCanBeCarriedAtOnce) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man"})"), actor(R"({"name": "ben", "model": "man"})"),
+                     actor(R"({"name": "bird", "model": "man", "attach": {"actor": "ben"}})")};
+    auto world = World::create(scene, 1).value();
+    ActorPatch patch{.name = "ben", .attach = Attachment{.actor = "anna", .node = {}}};
+    EXPECT_THAT(world->change_actor(patch).error().message, HasSubstr("'ben' carries something itself"));
+    ASSERT_TRUE(world->remove_actor("bird"));
+    const auto hung = world->change_actor(patch);
+    ASSERT_TRUE(hung) << hung.error().message;
+    EXPECT_EQ(hung->attached_to, "anna");
+}
+
+TEST(Actors, WhatHangsOnSomebodyPlaysItsClipOn) {
+    auto scene = empty_scene();
+    ObjectSpec fan{.name = "fan", .model = "man", .clip = "wait", .attach = Attachment{.actor = "anna", .node = {}}};
+    scene->objects = {fan};
+    scene->actors = {actor(R"({"name": "bird", "model": "man", "behaviour": {"type": "stand", "clip": "wait"}})"),
+                     actor(R"({"name": "ben", "model": "man",
+                               "behaviour": {"type": "route", "route": "line", "speed": 1, "clip": "walk"}})"),
+                     actor(R"({"name": "anna", "model": "man"})")};
+    scene->events = {event(R"({"name": "take", "when": {"at_s": 1}, "do": [
+            {"action": "pick_up", "object": "bird", "actor": "anna"},
+            {"action": "pick_up", "object": "ben", "actor": "anna"}]})")};
+    auto world = World::create(scene, 1).value();
+    std::set<TimeNs> steps_of_ben;
+    for (TimeNs t = 0; t < 5 * ns_per_s; t += 7 * ns_per_ms) {
+        world->advance_to(t);
+        const auto snapshot = world->snapshot(t);
+        for (const Instance& mover : snapshot->movers) {
+            if (mover.info->name == "anna") continue;
+            ASSERT_EQ(mover.clips.size(), 1u) << mover.info->name << " at " << t;
+            const TimeNs phase_ns = mover.clips[0].phase_ns;
+            if (mover.info->name != "ben") {
+                ASSERT_EQ(phase_ns, t % (3 * ns_per_s)) << mover.info->name << " at " << t;
+            } else if (t >= ns_per_s) {
+                steps_of_ben.insert(phase_ns);
+            }
+        }
+    }
+    EXPECT_EQ(steps_of_ben.size(), 1u) << "who is carried walks no way, and his feet stand still";
+    ActorPatch patch{.name = "ben"};
+    patch.behaviour = behaviour(R"({"type": "stand", "clip": "wait"})");
+    ASSERT_TRUE(world->change_actor(patch));
+    world->advance_to(6 * ns_per_s);
+    EXPECT_EQ(find(*world, "ben").clip, "wait") << "another behaviour has another clip";
+}
+
+TEST(Actors, NothingHangsFromTheStartOnWhomAnEventBrings) {
+    auto scene = empty_scene();
+    ObjectSpec bag;
+    bag.name = "bag";
+    bag.model = "man";
+    bag.attach = Attachment{.actor = "ghost", .node = {}};
+    scene->objects = {bag};
+    scene->actors = {actor(R"({"name": "anna", "model": "man"})")};
+    scene->events = {event(R"({"name": "come", "when": {"at_s": 1}, "do": [
+        {"action": "spawn", "actor": {"name": "ghost", "model": "man"}},
+        {"action": "spawn", "actor": {"name": "bird", "model": "man", "attach": {"actor": "ghost"}}}]})")};
+    const char* const why = "attach.actor: 'ghost' comes by an event only; there from the start: anna";
+    EXPECT_THAT(World::create(scene, 1).error().message, HasSubstr(why));
+    scene->objects.clear();
+    scene->actors[0].attach = bag.attach;
+    EXPECT_THAT(World::create(scene, 1).error().message, HasSubstr(why));
+    scene->actors[0].attach.reset();
+    auto world = World::create(scene, 1).value();
+    ActorSpec fly = actor(R"({"name": "fly", "model": "man", "attach": {"actor": "ghost"}})");
+    EXPECT_THAT(world->spawn_actor(fly).error().message, HasSubstr("attach.actor: no actor 'ghost'; known: anna"));
+    world->advance_to(ns_per_s);
+    EXPECT_EQ(find(*world, "bird").attached_to, "ghost") << "what comes by events may hang on each other";
+    EXPECT_TRUE(world->spawn_actor(fly));
+}
+
+TEST(Actors, AnEventThatHangsSomebodyOnWhoIsNotThereIsTold) {
+    auto world = World::create(empty_scene(), 1).value();
+    ASSERT_TRUE(world->add_event(event(R"({"name": "come", "when": {"at_s": 1}, "do": [
+        {"action": "spawn", "actor": {"name": "bird", "model": "man", "attach": {"actor": "ghost"}}},
+        {"action": "spawn", "actor": {"name": "ghost", "model": "man"}}]})")));
+    world->advance_to(ns_per_s);
+    const auto records = world->take_records();
+    ASSERT_EQ(records.size(), 1u);
+    EXPECT_THAT(records[0].errors, testing::ElementsAre(HasSubstr("do[0]: attach.actor: no actor 'ghost'")));
+    EXPECT_EQ(world->actors().size(), 1u);
 }
 
 TEST(Actors, WhatHangsOnSomebodyIsSeenWhereItIs) {

@@ -52,6 +52,26 @@ TEST(Events, BordersAndMeetingsNameWhoCame) {
     EXPECT_THAT(names, ElementsAre("in ben", "in anna", "met anna", "there anna", "out ben"));
 }
 
+TEST(Events, WhoIsCarriedStaysInHisAreaAndNearOthersUntilHeIsPutDownElsewhere) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man", "position": [3, 3, 0]})"),
+                     actor(R"({"name": "ben", "model": "man", "position": [2, 2, 0]})")};
+    scene->events = {
+        event(R"({"name": "in", "when": {"enter": "corner", "actor": "ben"}})"),
+        event(R"({"name": "out", "when": {"leave": "corner", "actor": "ben"}})"),
+        event(R"({"name": "met", "when": {"meet": ["anna", "ben"], "distance_m": 3}})"),
+        event(
+            R"({"name": "take", "when": {"every_s": 1}, "do": [{"action": "pick_up", "object": "ben", "actor": "anna"}]})"),
+        event(R"({"name": "put", "when": {"at_s": 1.5}, "do": [
+            {"action": "put_down", "object": "ben", "position": [2, 3, 0]}]})"),
+        event(R"({"name": "away", "when": {"at_s": 2.5}, "do": [
+            {"action": "put_down", "object": "ben", "position": [9, 9, 0]}]})")};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(2900 * ns_per_ms);
+    EXPECT_THAT(fired(*world), ElementsAre("in@0 ben", "met@0 anna", "take@1000", "put@1500", "take@2000", "away@2500",
+                                           "out@2520 ben"));
+}
+
 TEST(Events, ActionsAreDoneInTheirOrderAtTheInstantOfTheEvent) {
     auto scene = empty_scene();
     ObjectSpec bag;
@@ -97,6 +117,19 @@ TEST(Events, ActionsAreDoneInTheirOrderAtTheInstantOfTheEvent) {
     const auto moves = world->take_camera_moves();
     ASSERT_EQ(moves.size(), 1u);
     EXPECT_EQ(moves[0].world_ns, records[2].world_ns);
+}
+
+TEST(Events, ChangesOfCamerasAreBoundedByInstantAndNotByWhenTheyAreTaken) {
+    auto scene = empty_scene();
+    const std::string change = R"({"action": "camera", "camera": "eye", "vfov_deg": 40})";
+    std::string changes = change;
+    for (int i = 1; i < 20; ++i) changes += ", " + change;
+    const std::string often = R"({"name": "often", "when": {"every_s": 0.01}, "do": [)" + changes + "]}";
+    scene->events = {event(often.c_str())};
+    auto world = World::create(scene, 1).value();
+    world->advance_to(2 * ns_per_s);
+    for (const EventRecord& record : world->take_records()) EXPECT_THAT(record.errors, ElementsAre());
+    EXPECT_GE(world->take_camera_moves().size(), 20u * 100);
 }
 
 TEST(Events, WhatIsPickedUpAndPutDownIsNeverSeenWhereItWasNotBetweenSteps) {
@@ -158,6 +191,51 @@ TEST(Events, WhoWalksARouteAndIsPutDownBesideItWalksToItAndDoesNotFly) {
     EXPECT_NEAR(before.y, 10.0, 1e-6) << "it is on its route again";
 }
 
+TEST(Events, WhoIsCarriedGoesOnWithHisOrdersWhenHeIsPutDown) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man", "position": [2, 2, 0]})"),
+                     actor(R"({"name": "ben", "model": "man", "position": [4, 2, 0]})")};
+    scene->events = {
+        event(
+            R"({"name": "take", "when": {"at_s": 1}, "do": [{"action": "pick_up", "object": "anna", "actor": "ben"}]})"),
+        event(R"({"name": "put", "when": {"at_s": 3}, "do": [
+            {"action": "put_down", "object": "anna", "position": [3, 2, 0]}]})")};
+    auto world = World::create(scene, 1).value();
+    const SteerSpec go[] = {{.name = "anna", .position = glm::dvec3(6, 2, 0), .over_ns = 4 * ns_per_s}};
+    ASSERT_TRUE(world->steer_actors(go));
+    world->advance_to(4500 * ns_per_ms);
+    EXPECT_NEAR(find(*world, "anna").position.x, 4.5, 1e-6) << "1 s before, 1.5 s since";
+    world->advance_to(7 * ns_per_s);
+    EXPECT_EQ(find(*world, "anna").position.x, 6.0);
+}
+
+TEST(Events, TheClipOfWhoStandsGoesOnEvenlyWhileHeIsCarriedAndAfterwards) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man", "position": [2, 2, 0],
+                               "behaviour": {"type": "go_to", "position": [2, 2, 0], "clip": "walk", "idle_clip": "wait"}})"),
+                     actor(R"({"name": "ben", "model": "man", "position": [9, 9, 0]})")};
+    scene->events = {
+        event(
+            R"({"name": "take", "when": {"at_s": 1}, "do": [{"action": "pick_up", "object": "anna", "actor": "ben"}]})"),
+        event(R"({"name": "put", "when": {"at_s": 2}, "do": [
+            {"action": "put_down", "object": "anna", "position": [2, 2, 0]}]})")};
+    auto world = World::create(scene, 1).value();
+    constexpr TimeNs step_ns = 20 * ns_per_ms, wait_ns = 3 * ns_per_s;
+    TimeNs before_ns = -1;
+    for (TimeNs t = step_ns; t < 4 * ns_per_s; t += step_ns) {
+        world->advance_to(t);
+        const auto snapshot = world->snapshot(t);
+        const auto anna =
+            std::ranges::find(snapshot->movers, "anna", [](const Instance& one) { return one.info->name; });
+        ASSERT_EQ(anna->clips.size(), 1u) << t;
+        const TimeNs phase_ns = anna->clips[0].phase_ns;
+        if (before_ns >= 0) {
+            ASSERT_EQ(phase_ns, (before_ns + step_ns) % wait_ns) << t;
+        }
+        before_ns = phase_ns;
+    }
+}
+
 TEST(Events, AnEventThatBeginsASequenceDoesNotEndItsFirstStep) {
     auto scene = empty_scene();
     scene->actors = {actor(R"({"name": "anna", "model": "man", "class": "person", "position": [2, 2, 0]})")};
@@ -212,6 +290,28 @@ TEST(Events, HeldActorsGoOnWhereTheyStopped) {
     EXPECT_EQ(find(*world, "anna").clip, "walk");
 }
 
+TEST(Events, WhatIsPlayedOverAStopEndsWithTheClipThatWasStopped) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man",
+                               "behaviour": {"type": "route", "route": "line", "speed": 1, "clip": "walk"}})")};
+    scene->events = {event(R"({"name": "stop", "when": {"at_s": 1}, "do": [{"action": "stop", "actor": "anna"}]})"),
+                     event(R"({"name": "wave", "when": {"at_s": 2}, "do": [
+            {"action": "play", "actor": "anna", "clip": "wait", "seconds": 1}]})")};
+    auto world = World::create(scene, 1).value();
+    const auto clips = [&](TimeNs t) {
+        world->advance_to(t);
+        return world->snapshot(t)->movers.at(0).clips;
+    };
+    const auto stopped = clips(3 * ns_per_s / 2);
+    ASSERT_EQ(stopped.size(), 1u);
+    EXPECT_EQ(stopped[0].animation, 0);
+    EXPECT_EQ(clips(5 * ns_per_s / 2).at(0).animation, 1);
+    const auto again = clips(4 * ns_per_s);
+    ASSERT_EQ(again.size(), 1u);
+    EXPECT_EQ(again[0].animation, 0);
+    EXPECT_EQ(again[0].phase_ns, stopped[0].phase_ns);
+}
+
 TEST(Events, ThatAreWrongAreRefusedAndChangeNothing) {
     auto world = World::create(empty_scene(), 1).value();
     world->advance_to(2 * ns_per_s);
@@ -229,6 +329,23 @@ TEST(Events, ThatAreWrongAreRefusedAndChangeNothing) {
     EXPECT_EQ(world->events().size(), 1u);
     ASSERT_TRUE(world->remove_event("a"));
     EXPECT_FALSE(world->remove_event("a"));
+}
+
+TEST(Events, WhatIsDoneAtOnceMayNameWhomItsEarlierActionsSpawn) {
+    auto world = World::create(empty_scene(), 1).value();
+    const auto act = [&](const std::string& actions) {
+        return world->act(event((R"({"name": "x", "when": {"at_s": 99}, "do": [)" + actions + "]}").c_str()).actions);
+    };
+    const std::string spawn = R"({"action": "spawn", "actor": {"name": "g", "model": "man"}})",
+                      play = R"({"action": "play", "actor": "g", "clip": "walk"})",
+                      dance = R"({"action": "play", "actor": "g", "clip": "dance"})";
+    EXPECT_THAT(act(play + "," + spawn).error().message, HasSubstr("do[0].actor: no actor 'g'"));
+    EXPECT_THAT(act(spawn + "," + dance).error().message, HasSubstr("do[1].clip: the model has no clip 'dance'"));
+    EXPECT_TRUE(world->actors().empty()) << "where a name is unknown nothing is done";
+    const auto done = act(spawn + "," + play);
+    ASSERT_TRUE(done) << done.error().message;
+    world->advance_to(ns_per_s);
+    EXPECT_EQ(find(*world, "g").clip, "walk");
 }
 
 TEST(Events, AnActionThatCannotBeDoneAnyMoreIsToldAndTheOthersAreDone) {

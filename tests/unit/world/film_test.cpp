@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <turbojpeg.h>
 
 #include "core/world/backdrop/backdrop.h"
@@ -127,6 +128,8 @@ TEST_F(Film, WhatIsNoFilmIsSaidSo) {
     EXPECT_THAT(message("ffconcat version 1.0\nfile /etc/passwd\n"), HasSubstr("no film that is read here"));
     std::filesystem::remove(path_);
     EXPECT_THAT(read_film(path_).error().message, HasSubstr("no such file"));
+    ASSERT_EQ(::mkfifo(path_.c_str(), 0600), 0);  // which nobody writes into
+    EXPECT_THAT(read_film(path_).error().message, HasSubstr("is not a regular file"));
 }
 
 /// What takes time is done by who reads the file, not by who makes the camera.

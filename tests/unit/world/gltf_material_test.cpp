@@ -118,6 +118,10 @@ TEST(GltfMaterials, OfGlassAreBlendedByWhatTheyLetThrough) {
     EXPECT_NEAR(m.base_color.a, 0.4, 1e-6);
     EXPECT_NEAR(m.base_color.g * m.base_color.a, 0.2, 1e-6);
     EXPECT_NEAR(m.base_color.r * m.base_color.a, 0.1, 1e-6);
+    const glm::vec3 through = (1.0f - m.base_color.a) * m.tint;
+    EXPECT_NEAR(through.r, 0.4, 1e-6);
+    EXPECT_NEAR(through.g, 0.8, 1e-6);
+    EXPECT_NEAR(through.b, 0.6, 1e-6);
     const auto none = glass(0);
     ASSERT_TRUE(none);
     EXPECT_EQ((*none)->materials[0].alpha_mode, AlphaMode::opaque);
@@ -140,6 +144,8 @@ TEST(GltfMaterials, GlassHasTheAlphaThatItsModeHas) {
     EXPECT_NEAR(glass("BLEND").base_color.a, 0.1, 1e-6);
     EXPECT_EQ(glass("MASK").alpha_mode, AlphaMode::mask) << "what is cut out is cut out";
     EXPECT_EQ(glass("MASK").base_color, glm::vec4(1.0f, 1.0f, 1.0f, 0.5f));
+    EXPECT_EQ(glass("MASK").tint, glm::vec3(1.0f));
+    EXPECT_EQ(glass("BLEND").tint, glm::vec3(1.0f));
 }
 
 json base_texture(json info) {

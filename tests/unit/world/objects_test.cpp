@@ -106,5 +106,20 @@ TEST(Objects, ActorsAreScaledHereAndPlacedByActorSet) {
     EXPECT_EQ(world->change_object({.name = "nobody", .hidden = true}).error().kind, ErrorKind::not_found);
 }
 
+TEST(Objects, ActorsKeepToWhatTheyDoWhenTheyAreScaled) {
+    auto scene = empty_scene();
+    scene->actors = {actor(R"({"name": "anna", "model": "man",
+                               "behaviour": {"type": "route", "route": "line", "speed": 1, "clip": "walk"}})"),
+                     actor(R"({"name": "ben", "model": "man", "position": [2, 2, 0]})")};
+    auto world = World::create(scene, 1).value();
+    const SteerSpec go[] = {{.name = "ben", .velocity = glm::dvec3(1, 0, 0), .clip = "walk"}};
+    ASSERT_TRUE(world->steer_actors(go));
+    world->advance_to(5 * ns_per_s);
+    for (const char* name : {"anna", "ben"}) ASSERT_TRUE(world->change_object({.name = name, .scale = 1.5}));
+    world->advance_to(6 * ns_per_s);
+    EXPECT_NEAR(report(*world, "anna").position.x, 6.0, 1e-6);
+    EXPECT_NEAR(report(*world, "ben").position.x, 8.0, 1e-6);
+}
+
 }  // namespace
 }  // namespace camrig::world::objects_test

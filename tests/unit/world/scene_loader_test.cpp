@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <chrono>
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -220,6 +221,22 @@ TEST(CheckScene, ReadsAFileWithoutAWorld) {
     EXPECT_TRUE(check_scene("minimal").errors.empty());
     EXPECT_EQ(check_scene("/no/such.json").errors.at(0).message, "no such file");
     EXPECT_EQ(check_scene("/no/such.json").errors.at(0).path, "");
+}
+
+TEST(SceneReader, ALineOfAsManyAsASceneHasIsReadInNoTime) {
+    json scene = cases().at("scene");
+    for (std::size_t i = scene["actors"].size(); i < 5000; ++i)
+        scene["actors"].push_back(
+            {{"name", "walker number " + std::to_string(i)},
+             {"model", "man"},
+             {"behaviour", {{"type", "follow"}, {"actor", scene["actors"].back()["name"].get<std::string>()}}}});
+    const auto begin = std::chrono::steady_clock::now();
+    const auto good = read(scene);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20)) << "minutes, step for step";
+    ASSERT_TRUE(good) << good.error().message;
+    scene["actors"][4]["behaviour"] = scene["actors"].back()["behaviour"];
+    EXPECT_THAT(read(scene).error().message,
+                HasSubstr("actors[4].behaviour: 'puppet' follows 'walker number 4998' fol"));
 }
 
 TEST(SceneReader, AnObjectOnAnActorWhoseModelIsMissingIsAnErrorOfTheActor) {

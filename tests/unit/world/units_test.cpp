@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/base/error_list.h"
 #include "core/world/daylit.h"
 #include "core/world/photometric.h"
 #include "core/world/scene_reader.h"
@@ -31,13 +32,14 @@ ModelRef lamp_model() {
     return model;
 }
 
-Result<Scene> read(json environment, bool is_photometric, json lights = json::array()) {
+Result<Scene> read(json environment, bool is_photometric, json lights = json::array(), json events = json::array()) {
     const json scene{{"camrig_scene", 1},
                      {"name", "lamps"},
                      {"environment", std::move(environment)},
                      {"models", {{"lamp", {{"file", "lamp.glb"}, {"photometric", is_photometric}}}}},
                      {"objects", {{{"name", "lamp"}, {"model", "lamp"}}}},
-                     {"lights", std::move(lights)}};
+                     {"lights", std::move(lights)},
+                     {"events", std::move(events)}};
     return read_scene(scene, "/nowhere", [](const std::filesystem::path&) -> Result<ModelRef> { return lamp_model(); });
 }
 
@@ -70,6 +72,42 @@ TEST(Units, PhotometricModelsHaveTheLightOfTheirFileInTheUnitsOfGltf) {
     EXPECT_FLOAT_EQ(scene->models.at("lamp").model->materials[0].emissive.g,
                     static_cast<float>(150 * std::numbers::pi / 500));
     EXPECT_FLOAT_EQ(scene->lights[0].intensity, 60.0f / 500.0f);
+}
+
+TEST(Units, EventsSwitchTheLightsOfModels) {
+    const auto with = [](json action) {
+        action["action"] = "light";
+        return read({{"lux", 500}}, true, {{{"name", "old"}, {"type", "point"}, {"position", {0, 0, 3}}}},
+                    {{{"name", "dusk"}, {"when", {{"at_s", 1}}}, {"do", {std::move(action)}}}});
+    };
+    auto scene = with({{"light", "lamp.bulb"}, {"candela", 250}});
+    ASSERT_TRUE(scene) << scene.error().message;
+    ASSERT_EQ(scene->lights.size(), 2u);
+    EXPECT_FLOAT_EQ(scene->lights[1].intensity, 60.0f / 500.0f);
+    auto world = World::create(std::make_shared<Scene>(std::move(*scene)), 1).value();
+    world->advance_to(ns_per_s);
+    EXPECT_FLOAT_EQ(world->snapshot(ns_per_s)->statics->lights[1].intensity, 0.5f);
+    EXPECT_THAT(with({{"light", "lamp.bulb"}, {"lux", 1}}).error().message,
+                testing::HasSubstr("events[0].do[0].lux: 'lamp.bulb' is a lamp, give candela"));
+    EXPECT_THAT(with({{"light", "lamp.tube"}, {"intensity", 1}}).error().message,
+                testing::HasSubstr("events[0].do[0].light: no light 'lamp.tube'; known: lamp.bulb, old"));
+}
+
+TEST(Units, LightsOfModelsThatCannotBeReadAreNoErrorOfEvents) {
+    const json scene{{"camrig_scene", 1},
+                     {"name", "lamps"},
+                     {"models", {{"lamp", {{"file", "lamp.glb"}}}}},
+                     {"objects", {{{"name", "lamp 1.5"}, {"model", "lamp"}}}},
+                     {"events",
+                      {{{"name", "dusk"},
+                        {"when", {{"at_s", 1}}},
+                        {"do", {{{"action", "light"}, {"light", "lamp 1.5.bulb"}, {"intensity", 1}}}}}}}};
+    ErrorList list;
+    EXPECT_FALSE(read_scene(scene, "/nowhere", [](const std::filesystem::path&) -> Result<ModelRef> {
+        return error(ErrorKind::not_found, "no such file");
+    }));
+    ASSERT_EQ(list.all().size(), 1u);
+    EXPECT_EQ(list.all()[0].path, "models.lamp.file");
 }
 
 TEST(Units, NeedAUnit) {

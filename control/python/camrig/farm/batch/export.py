@@ -72,12 +72,14 @@ def _unpack(store: Store, told: dict[str, Any], suffix: str, to: Path) -> None:
         if camera["name"] not in folders:
             continue
         folder = folders[camera["name"]]
-        for part in ("image_2", "gt"):
-            (folder / part).mkdir(parents=True)
+        (folder / "gt").mkdir(parents=True)
+        if told["pictures"]["yolo"]:  # its trainer follows links, and looks beside `images` for `labels`
+            (folder / "images").mkdir()
+            (folder / "image_2").symlink_to("images")
+        else:
+            (folder / "image_2").mkdir()
         for name, text in camera["files"].items():
             (folder / name).write_text(text.replace(f"name={camera['name']}\n", f"name={folder.name}\n") if name == "seqinfo.ini" else text)
-        if told["pictures"]["yolo"]:
-            (folder / "images").symlink_to("image_2")
     journals = {name: open(folder / "truth.jsonl", "wb") for name, folder in folders.items()}
     try:
         for key, parts in samples(store.shard_path(told["shard"])):

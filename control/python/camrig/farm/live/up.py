@@ -10,7 +10,6 @@ import json
 import os
 import shutil
 import signal
-import socket
 import sys
 import tempfile
 from pathlib import Path
@@ -28,13 +27,10 @@ from .node import run_node
 from .socket_door import SocketDoor
 
 
-#: For nodes to start and come to where the world is.
-_START_S = 90.0
-
-
-def _free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return server.getsockname()[1]
+#: For nodes to start and come to where the world is; for a NATS server.
+_START_S, _BUS_START_S = 90.0, 30.0
+#: Before a NATS server that has ended is started again: at first; at most, where each lives no longer than that.
+_BUS_PAUSE_S, _BUS_LONGEST_PAUSE_S = 0.2, 10.0
 
 
 def find_nats_server() -> str:
@@ -54,6 +50,8 @@ class Farm:
         self._scaling = asyncio.Lock()
         self._bus_server: asyncio.subprocess.Process | None = None
         self._is_ending = False
+        #: The loop alone may forget a task.
+        self._watching: set[asyncio.Task[None]] = set()
 
     async def run(self) -> int:
         try:
@@ -111,11 +109,50 @@ class Farm:
             return {"nodes": sorted(self._children)}
 
     async def _start_bus(self) -> str:
-        port = _free_port()
-        store = self._options.store or os.path.join(self._folder.name, "jetstream")
-        command = [find_nats_server(), "-js", "-sd", store, "-a", "127.0.0.1", "-p", str(port)]
-        self._bus_server = await asyncio.create_subprocess_exec(*command, stderr=asyncio.subprocess.DEVNULL, preexec_fn=die_with_parent)
-        return f"nats://127.0.0.1:{port}"
+        """At any free port, which it writes into a file of its folder: a port that we found free could be another farm's by then."""
+        server = await self._start_nats(-1)
+        ports = Path(self._folder.name, f"nats-server_{server.pid}.ports")
+        for _ in range(round(_BUS_START_S / 0.02)):
+            with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):  # half written
+                url = str(json.loads(ports.read_text())["nats"][0])
+                self._watch(self._keep_bus(server, int(url.rpartition(":")[2])))
+                return url
+            if server.returncode is not None:
+                break
+            await asyncio.sleep(0.02)
+        raise CamrigError("unavailable", f"the NATS server does not start: {self._last_of_nats()}")
+
+    async def _start_nats(self, port: int) -> asyncio.subprocess.Process:
+        folder = self._folder.name
+        store = self._options.store or os.path.join(folder, "jetstream")
+        command = [find_nats_server(), "-js", "-sd", store, "-a", "127.0.0.1", "-p", str(port), "--ports_file_dir", folder, "-l", os.path.join(folder, "nats.log")]
+        self._bus_server = await asyncio.create_subprocess_exec(*command, "--log_size_limit", "1000000", preexec_fn=die_with_parent)
+        return self._bus_server
+
+    def _last_of_nats(self) -> str:
+        log = Path(self._folder.name, "nats.log")
+        return (log.read_text(errors="replace").splitlines() if log.exists() else [""])[-1] or "it says nothing"
+
+    async def _keep_bus(self, server: asyncio.subprocess.Process, port: int) -> None:
+        """One that dies is started again where it was, with its log: nobody else would. After a pause that is longer each time, if they
+        die at once."""
+        loop, pause_s = asyncio.get_running_loop(), _BUS_PAUSE_S
+        while True:
+            begun_s = loop.time()
+            code = await server.wait()
+            if loop.time() - begun_s > _BUS_LONGEST_PAUSE_S:
+                pause_s = _BUS_PAUSE_S
+            await asyncio.sleep(pause_s)
+            pause_s = min(2 * pause_s, _BUS_LONGEST_PAUSE_S)
+            if self._is_ending:
+                return
+            print(f"camrig farm: the NATS server has ended ({code}) and is started again: {self._last_of_nats()}", file=sys.stderr, flush=True)
+            server = await self._start_nats(port)
+
+    def _watch(self, child: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(child)
+        self._watching.add(task)
+        task.add_done_callback(self._watching.discard)
 
     async def _start_node(self) -> None:
         self._count += 1
@@ -126,7 +163,7 @@ class Farm:
         command += ["--seed", str(options.seed)] if options.seed is not None else []
         command += [f"--arg={each}" for each in options.arg]
         self._children[name] = child = await asyncio.create_subprocess_exec(*command, preexec_fn=die_with_parent)
-        asyncio.create_task(self._replace(name, child))
+        self._watch(self._replace(name, child))
 
     async def _replace(self, name: str, child: asyncio.subprocess.Process) -> None:
         """Who has gone is forgotten at once, and another takes its place."""
