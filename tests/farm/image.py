@@ -21,8 +21,9 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 import camrig  # noqa: E402
-from live_parts.bus import Bus, free_port, run, wait_until  # noqa: E402
+from live_parts.bus import Bus, run, wait_until  # noqa: E402
 from live_parts.verdicts import Verdicts  # noqa: E402
+from ports import free_port  # noqa: E402
 
 _REPOSITORY = Path(__file__).resolve().parents[2]
 _TOKEN = "0123456789abcdef"

@@ -1,5 +1,6 @@
 #include <cstdint>
 #include <cstdlib>
+#include <future>
 #include <string_view>
 
 #include "control/rpc/rpc_server.h"
@@ -32,13 +33,16 @@ void run(std::string_view text) {
         if (const auto* request = std::get_if<control::RpcRequest>(&item); request && request->method == "world.load")
             return;
     int answers = 0;
-    server.handle(text, [&](const control::RpcAnswer& answer) {
+    const auto done = [&](const control::RpcAnswer& answer) {
         ++answers;
         const std::string reply = answer.joined();
         if (reply.empty()) return;
         require(reply.find('\n') == std::string::npos);
         require(nlohmann::json::accept(reply));
-    });
+    };
+    std::promise<void> started;
+    if (!server.handle(text, done, control::Authority::own, {}, false, [&] { started.set_value(); }))
+        started.get_future().wait();
     require(answers == 1);
 }
 

@@ -5,12 +5,15 @@ import os
 import pathlib
 import socket
 import subprocess
+import sys
+import threading
 import time
 import urllib.parse
 
 import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(REPOSITORY / "tests"))
 
 
 @pytest.fixture(scope="session")
@@ -24,6 +27,30 @@ def wait_until(condition, timeout_s=20.0, what="condition"):
     while not condition():
         assert time.monotonic() < deadline, f"timed out after {timeout_s} s waiting for {what}"
         time.sleep(0.01)
+
+
+class Witness:
+    """A thread that only sleeps, while the block runs: longest_s is how long this machine kept it from going on, at most."""
+
+    def __init__(self):
+        self.longest_s = 0.0
+        self._is_over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+
+    def _watch(self):
+        before = time.monotonic()
+        while not self._is_over.is_set():
+            time.sleep(0.02)
+            before, late_by_s = (now := time.monotonic()), now - before - 0.02
+            self.longest_s = max(self.longest_s, late_by_s)
+
+    def __enter__(self):
+        self._thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self._is_over.set()
+        self._thread.join()
 
 
 @pytest.fixture

@@ -232,6 +232,51 @@ def test_a_scene_that_is_a_link_to_a_private_file_tells_nothing_of_it_over_the_n
         rig.load(links[0])
 
 
+def test_a_check_tells_nothing_of_a_foreign_file_over_the_network(rig, tmp_path):
+    (tmp_path / "private.json").write_text('{"camrig_scene": 1, "name": "mine", "zebra": 7}')
+    with camrig.connect(rig.http_url) as other:
+        with pytest.raises(camrig.CamrigError, match="only in the rig's log") as refused:
+            other.call("scene.check", scene=str(tmp_path / "private.json"))
+        assert "zebra" not in refused.value.message
+        assert other.call("scene.check", scene="minimal")["errors"] == []
+    assert "zebra" in str(rig.call("scene.check", scene=str(tmp_path / "private.json"))["errors"])
+
+
+def test_clients_that_are_gone_hold_no_places(rig):
+    """Also those who wait for what comes never, in a world that stands, and whose requests are as many as are taken at a time."""
+    path = rig.info()["control"]
+    late = {"jsonrpc": "2.0", "id": 1, "method": "camera.set", "params": {"name": "main", "vfov_deg": 50, "at_ns": 5 * 10**9}}
+    for number in range(80):
+        with socket.socket(socket.AF_UNIX) as client:
+            client.connect(path)
+            client.sendall((json.dumps(late) + "\n").encode() * (70 if number % 16 == 5 else 1))
+            if number < 60:  # the requests are there before the end is
+                assert rig.status()["cameras"] == 1
+    with camrig.connect(path) as other:
+        assert other.status()["cameras"] == 1
+
+
+def test_the_file_of_a_backdrop_tells_nothing_of_itself_over_the_network(rig, tmp_path):
+    (tmp_path / "there.png").write_text("zebra:x:0:0")
+    with camrig.connect(rig.http_url) as other:
+        camera = other.create_camera("eye", size=(64, 48))
+        told = set()
+        for name in ("there.png", "none.png"):
+            backdrop = {"kind": "plate", "file": str(tmp_path / name)}
+            proxies = {**backdrop, "file": str(REPOSITORY / "scenes" / "none.png"), "proxies": {"file": backdrop["file"]}}
+            for command in (lambda: camera.set(backdrop=backdrop), lambda: other.create_camera("two", size=(64, 48), backdrop=backdrop), lambda: camera.set(backdrop=proxies)):
+                with pytest.raises(camrig.CamrigError) as refused:
+                    command()
+                told.add(refused.value.message.replace(name, ""))
+        assert len(told) == 1 and "only in the rig's log" in told.pop()
+        with pytest.raises(camrig.CamrigError, match="no such file"):
+            camera.set(backdrop={"kind": "plate", "file": str(REPOSITORY / "scenes" / "none.png")})
+        with pytest.raises(camrig.CamrigError, match="absolute path"):
+            camera.set(backdrop={"kind": "plate", "file": "none.png"})
+    with pytest.raises(camrig.CamrigError, match="no such file"):
+        rig.camera("eye").set(backdrop={"kind": "plate", "file": str(tmp_path / "none.png")})
+
+
 def test_of_the_scenes_own_folder_the_network_is_told_what_is_missing_but_not_where_a_link_leads(tmp_path):
     own = tmp_path / "scenes"
     own.mkdir()

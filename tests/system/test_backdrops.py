@@ -1,14 +1,20 @@
 """Cameras whose picture is a photo that people walk in."""
 
+import contextlib
+import fcntl
 import json
+import signal
+import socket
 import struct
+import threading
+import time
 
 import cv2
 import numpy as np
 import pytest
 
 import camrig
-from conftest import REPOSITORY
+from conftest import REPOSITORY, wait_until
 
 CORNER = {"place": "corner", "size": (640, 480), "fps": 25}
 
@@ -217,3 +223,98 @@ def test_a_mask_cuts_out_what_it_marks(rig, tmp_path):
     foot_m = 2 / ((200 - cam.K[1, 2]) / cam.K[1, 1])
     assert depth[marks > 0] == pytest.approx(foot_m, rel=1e-3)  # its plane faces the foot, half a pixel aside
     assert rig.call("camera.get", name="gate")["backdrop"]["proxies"]["cutouts"][0]["mask"] == str(mask)
+
+
+@pytest.fixture
+def photo(tmp_path):
+    path = tmp_path / "place.png"
+    cv2.imwrite(str(path), np.full((48, 64, 3), 90, np.uint8))
+    return path
+
+
+def plate_of(photo):
+    return {"file": str(photo), "proxies": {"scene": "proxies"}}
+
+
+@contextlib.contextmanager
+def being_read(path):
+    """Until the end of this, reading the file takes. Gives what waits until somebody reads it."""
+    with open(path, "r+b") as file:
+        fcntl.fcntl(file, fcntl.F_SETSIG, signal.SIGURG)  # which does nothing
+        fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_WRLCK)  # who opens it waits
+        try:
+            yield lambda: wait_until(lambda: fcntl.fcntl(file, fcntl.F_GETLEASE) == fcntl.F_RDLCK, what="a reader")
+        finally:
+            fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
+
+
+def lines_to(rig, *requests):
+    """A connection on which these were sent."""
+    client = socket.socket(socket.AF_UNIX)
+    client.settimeout(30)
+    client.connect(rig.info()["control"])
+    client.sendall("".join(json.dumps({"jsonrpc": "2.0", "id": 1, "method": method, "params": params}) + "\n" for method, params in requests).encode())
+    return client
+
+
+def answers(client, count):
+    with client, client.makefile() as lines:
+        return [json.loads(lines.readline()) for _ in range(count)]
+
+
+@pytest.mark.parametrize("way", ["control", "http"])
+def test_nobody_waits_while_a_backdrop_is_read(rig, photo, way):
+    camera = rig.create_camera("eye", size=(64, 48))
+    with camrig.connect(rig.info()["control"] if way == "control" else rig.http_url) as asks, camrig.connect(rig.http_url) as other:
+        with being_read(photo) as begun:
+            asking = threading.Thread(target=lambda: asks.camera("eye").set(backdrop=plate_of(photo)))
+            asking.start()
+            begun()
+            assert rig.status()["cameras"] == other.status()["cameras"]
+            assert asking.is_alive() and camera.get()["backdrop"] is None
+        asking.join()
+    assert camera.get()["backdrop"]["file"] == str(photo)
+
+
+def test_what_is_sent_behind_a_backdrop_is_done_behind_it(rig, photo):
+    camera = rig.create_camera("eye", size=(64, 48), vfov_deg=50)
+    with being_read(photo) as begun:
+        client = lines_to(rig, ("camera.set", {"name": "eye", "vfov_deg": 40, "backdrop": plate_of(photo)}), ("camera.set", {"name": "eye", "vfov_deg": 30}))
+        begun()
+        assert camera.get()["vfov_deg"] == pytest.approx(50)
+    assert [answer["result"]["vfov_deg"] for answer in answers(client, 2)] == pytest.approx([40, 30])
+    assert camera.get()["vfov_deg"] == pytest.approx(30)
+
+
+@pytest.mark.camrig(mode="realtime", args=["--held"])
+def test_a_backdrop_comes_at_its_time_however_long_it_is_read(rig, photo):
+    """As a farm gives commands: the world may run on only behind the command, on that connection."""
+    rig.call("world.limit", until_ns=300_000_000)
+    with being_read(photo) as begun:
+        params = {"name": "eye", "size": [64, 48], "backdrop": plate_of(photo), "at_ns": 400_000_000}
+        client = lines_to(rig, ("camera.create", params), ("world.limit", {"until_ns": 10**12}))
+        begun()
+        wait_until(lambda: rig.status()["world_ns"] == 300_000_000, what="the limit")
+        time.sleep(0.2)
+        assert rig.status()["world_ns"] == 300_000_000
+    assert answers(client, 2)[0]["result"]["applied_ns"] == 400_000_000
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "realtime"])
+def test_a_log_with_backdrops_makes_the_same_cameras_again(tmp_path, mode):
+    """The world that is made again does not run on while a large one is read."""
+    photo, log = tmp_path / "place.png", tmp_path / "commands.log"
+    cv2.imwrite(str(photo), np.random.default_rng(1).integers(0, 255, (1920, 2560, 3), np.uint8))
+    with camrig.start("minimal", mode=mode, device="cpu", args=["--log", str(log)]) as rig:
+        camera = rig.create_camera("eye", size=(64, 48))
+        for vfov_deg in (50, 40):
+            camera.set(vfov_deg=vfov_deg, backdrop=plate_of(photo))
+            camera.set(vfov_deg=vfov_deg + 5)
+            if mode == "lockstep":
+                rig.step(seconds=0.05)
+        world_ns = rig.status()["world_ns"]
+        before = rig.call("world.digest", at_ns=world_ns + (mode == "realtime") * 1_000_000_000)
+    with camrig.start("minimal", mode=mode, device="cpu", args=["--replay", str(log)]) as rig:
+        after = rig.call("world.digest", at_ns=before["world_ns"])
+        assert rig.camera("eye").get()["backdrop"]["file"] == str(photo)
+    assert (after["cameras"], after["world"]) == (before["cameras"], before["world"])

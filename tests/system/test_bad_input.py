@@ -205,6 +205,14 @@ def test_wrong_messages_get_the_code_of_the_standard(rig, line, code):
     assert json.loads(raw.makefile().readline())["error"]["code"] == code
 
 
+def test_a_message_that_is_too_long_is_refused_and_the_next_call_is_answered(rig):
+    for size in [1_100_000] * 10 + [50_000_000] * 3:
+        with pytest.raises(camrig.CamrigError, match="a message has at most 1048576 bytes") as caught:
+            rig.call("camera.get", name="x" * size)
+        assert caught.value.kind == "resource_exhausted"
+        assert rig.status()["scene"] == "minimal"
+
+
 def test_serving_what_cannot_be_served_is_one_clear_line(tmp_path):
     program = os.environ["CAMRIG_BIN"]
     for arguments, word in ((["serve", str(tmp_path / "none.json")], "none.json"),

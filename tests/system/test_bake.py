@@ -120,9 +120,11 @@ def test_a_light_of_another_state_is_told_and_left_alone(room, tmp_path):
     stale, _ = pictures(scene)
     (tmp_path / "room.light").unlink()
     assert (stale == pictures(scene)[0]).all()
-    (tmp_path / "room.light").write_bytes(b"camrig light 4\nnothing")
-    assert (stale == pictures(scene)[0]).all()
-    assert "room.light: " in bake(scene, "--check", code=1).stderr
+    for damaged, said in ((b"camrig light 5\nnothing", "ends too early"), (b"camrig light 4\nnothing", "is no light of this version of camrig")):
+        (tmp_path / "room.light").write_bytes(damaged)
+        assert (stale == pictures(scene)[0]).all()
+        told = bake(scene, "--check", code=1).stderr
+        assert "room.light: " in told and said in told
 
 
 @pytest.mark.parametrize("name", ["hall", "crowd", "street", "street-night"])

@@ -15,7 +15,7 @@ import camrig
 import camrig.campaign
 from camrig.campaign import Check, runner
 from camrig.campaign.program import Watch
-from conftest import REPOSITORY, wait_until
+from conftest import REPOSITORY, Witness, wait_until
 from fault_books import books_balance  # noqa: F401 (a fixture)
 
 sys.path.insert(0, str(REPOSITORY))
@@ -33,6 +33,8 @@ while True:
     if sys.argv[2] != "again": sys.exit(7)
     print("gone", flush=True); time.sleep(0.1)
 """
+#: Of the machine: what is measured to some tenths of a second is then its doing.
+HELD_UP_S = 0.2
 FAST = {"hold_s": 2, "recover_s": 4, "stays_s": 0.5, "check": {"well": "picture", "troubled": "gone", "every_s": 0.5}}
 
 
@@ -46,17 +48,29 @@ def rig():
         yield rig
 
 
-def run(rig, faults, words=("again",), **changes):
-    """Again where the rig had no time for its frames: then what is said of the program is said of the machine."""
+def run(rig, faults, check_report=lambda report: None, words=("again",), **changes):
+    """check_report(report) holds. Again where the machine had no time for the rig's frames or for us: then what is said of the program is said of the machine."""
     for _ in range(4):
-        report = camrig.campaign.run(rig, camrig.campaign.load({"faults": faults, "program": program(*words), **FAST, **changes}))
-        if not any(output["by_overload"] for result in report.results for output in (result.books or {}).get("outputs", [])):
+        with Witness() as witness:
+            report = camrig.campaign.run(rig, camrig.campaign.load({"faults": faults, "program": program(*words), **FAST, **changes}))
+        try:
+            return check_report(report)
+        except (AssertionError, TypeError) as why:  # a time that is None
+            wrong = why
+            wrong.add_note(f"held up for {witness.longest_s:.2f} s; {report.results}")
+        by_overload = sum(output["by_overload"] for result in report.results for output in (result.books or {}).get("outputs", []))
+        if witness.longest_s < HELD_UP_S and not by_overload:
             break
-    return report
+        print(f"held up for {witness.longest_s:.2f} s, {by_overload} frames by overload; runs again after {wrong!r}")
+    raise wrong
 
 
 def test_reactions_that_are_known_are_said(rig):
-    freeze, stall, thrown_out = run(rig, [{"kind": "freeze"}, {"kind": "stall"}, {"kind": "disconnect"}]).results
+    run(rig, [{"kind": "freeze"}, {"kind": "stall"}, {"kind": "disconnect"}], check_reactions)
+
+
+def check_reactions(report):
+    freeze, stall, thrown_out = report.results
     assert (freeze.outcome, freeze.noticed_s) == ("unnoticed", None)
     assert (stall.outcome, stall.exit_code) == ("recovered", None)
     assert 0.2 < stall.noticed_s < 1.0, "0.5 s after the last picture"
@@ -74,45 +88,57 @@ def test_reactions_that_are_known_are_said(rig):
 
 
 def test_a_program_that_ends_or_stays_in_trouble_is_not_good(rig):
-    report = run(rig, [{"kind": "disconnect"}], words=("once",))
-    assert (report.results[0].outcome, report.results[0].exit_code) == ("ended", 7)
-    assert report.results[0].ended_s < 1.0
-    assert not report.is_good
+    def check_ended(report):
+        assert (report.results[0].outcome, report.results[0].exit_code) == ("ended", 7)
+        assert report.results[0].ended_s < 1.0
+        assert not report.is_good
+
+    def check_lost(report):
+        assert report.results[0].outcome == "lost"
+        assert report.results[0].noticed_s < 0.5
+        assert report.to_json()["outcomes"]["lost"] == 1
+
+    run(rig, [{"kind": "disconnect"}], check_ended, words=("once",))
     # The check says never again that it is well: a flag that the fault's begin takes away.
-    deaf = run(rig, [{"kind": "disconnect"}], check={"well": "picture", "troubled": "gone"}, program=[
+    run(rig, [{"kind": "disconnect"}], check_lost, check={"well": "picture", "troubled": "gone"}, program=[
         sys.executable, "-c", READER.replace('print("picture"', 'is_out or print("picture"').replace("while True:", "is_out = False\nwhile True:", 1)
         .replace('print("gone"', 'is_out = True; print("gone"'), "{http}", "again"])
-    assert deaf.results[0].outcome == "lost"
-    assert deaf.results[0].noticed_s < 0.5
-    assert deaf.to_json()["outcomes"]["lost"] == 1
 
 
 def test_a_command_may_say_it_and_settings_are_put_back(rig, tmp_path):
     camera = rig.create_camera("there", outputs=["mjpeg"], size=(160, 120))
     script = "import json,os,sys,camrig\nwith camrig.connect(os.environ['CAMRIG_CONTROL']) as rig: sys.exit(rig.camera('there').get()['clock'] is not None)"
     check = {"command": [sys.executable, "-c", script], "every_s": 0.3}
-    result = run(rig, [{"kind": "settings", "params": {"clock": {"offset_ns": 10**9}}}], camera="there", check=check, hold_s=3).results[0]
-    assert result.outcome == "recovered"
-    assert result.noticed_s < 2.5
+
+    def check_recovered(report):
+        assert report.results[0].outcome == "recovered"
+        assert report.results[0].noticed_s < 2.5
+
+    run(rig, [{"kind": "settings", "params": {"clock": {"offset_ns": 10**9}}}], check_recovered, camera="there", check=check, hold_s=3)
     assert camera.get()["clock"] is None
     assert [one.name for one in rig.cameras()] == ["main", "there"]
     assert rig.fault.list() == []
 
 
 def test_a_fault_that_a_camera_cannot_have_is_refused_and_the_rest_goes_on(rig):
-    refused, other = run(rig, [{"kind": "unplug"}, {"kind": "freeze"}], hold_s=0.5).results
-    assert refused.outcome == "refused"
-    assert "device" in refused.reason
-    assert other.outcome == "unnoticed"
+    def check_refused(report):
+        refused, other = report.results
+        assert refused.outcome == "refused"
+        assert "device" in refused.reason
+        assert other.outcome == "unnoticed"
+
+    run(rig, [{"kind": "unplug"}, {"kind": "freeze"}], check_refused, hold_s=0.5)
 
 
 def test_devices_are_read_by_programs_that_know_no_camrig(rig):
+    def check_devices(report):
+        freeze, unplug = report.results
+        assert freeze.outcome == "unnoticed"
+        assert unplug.outcome in ("ended", "lost")
+        assert unplug.noticed_s < 1.5
+
     words = ["v4l2-ctl", "-d", "{device}", "--stream-mmap", "--stream-to", "/dev/null", "--verbose"]
-    report = run(rig, [{"kind": "freeze"}, {"kind": "unplug"}], program=words, check={"well": "seq:", "every_s": 0.7})
-    freeze, unplug = report.results
-    assert freeze.outcome == "unnoticed"
-    assert unplug.outcome in ("ended", "lost")
-    assert unplug.noticed_s < 1.5
+    run(rig, [{"kind": "freeze"}, {"kind": "unplug"}], check_devices, program=words, check={"well": "seq:", "every_s": 0.7})
 
 
 def test_a_reader_like_usb_cam_ends_with_its_device_and_looks_at_no_bytesused(rig):
@@ -120,12 +146,19 @@ def test_a_reader_like_usb_cam_ends_with_its_device_and_looks_at_no_bytesused(ri
     words = [sys.executable, str(REPOSITORY / "tools" / "bench" / "usb_cam_reader.py"), "{device}"]
     faults = [{"kind": "wrong_size"}, {"kind": "buffer_error", "params": {"probability": 1}}, {"kind": "device_error", "params": {"at": "streaming"}}, {"kind": "unplug"},
               {"kind": "disconnect"}]
-    results = run(rig, faults, program=words, check={"well": "^picture", "troubled": "exiting", "every_s": 0.7}).results
-    assert [(one.kind, one.outcome, one.exit_code) for one in results] == [
-        ("wrong_size", "unnoticed", None), ("buffer_error", "unnoticed", None), ("device_error", "ended", 1), ("unplug", "ended", 1), ("disconnect", "ended", 1)]
-    assert ["EIO" in one.output for one in results if one.kind == "device_error"] == [True]
-    silent = run(rig, [{"kind": "stall"}], hold_s=7, program=words, check={"well": "^picture", "troubled": "exiting", "every_s": 0.7}).results[0]
-    assert (silent.outcome, silent.exit_code) == ("ended", 1) and "Select timeout" in silent.output
+
+    def check_ends(report):
+        assert [(one.kind, one.outcome, one.exit_code) for one in report.results] == [
+            ("wrong_size", "unnoticed", None), ("buffer_error", "unnoticed", None), ("device_error", "ended", 1), ("unplug", "ended", 1), ("disconnect", "ended", 1)]
+        assert ["EIO" in one.output for one in report.results if one.kind == "device_error"] == [True]
+
+    def check_silent(report):
+        silent = report.results[0]
+        assert (silent.outcome, silent.exit_code) == ("ended", 1) and "Select timeout" in silent.output
+
+    check = {"well": "^picture", "troubled": "exiting", "every_s": 0.7}
+    run(rig, faults, check_ends, program=words, check=check)
+    run(rig, [{"kind": "stall"}], check_silent, hold_s=7, program=words, check=check)
 
 
 @pytest.mark.parametrize("name", camrig.campaign.shipped_names())

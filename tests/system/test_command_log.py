@@ -12,7 +12,7 @@ import threading
 import time
 
 import pytest
-from conftest import wait_until
+from conftest import stuck_mjpeg_reader, wait_until
 
 import camrig
 
@@ -296,3 +296,55 @@ def test_identity_is_of_every_file(tmp_path, scenes):
     with start(tmp_path / "clock.json") as rig:
         changed = rig.call("rig.identity")
     assert {key for key in changed if changed[key] != copied[key]} == {"scene_hash"}
+
+
+def world_again(log):
+    """World time and hash of what comes of a log."""
+    with start(mode="lockstep", args=["--replay", str(log)]) as rig:
+        return {key: digest(rig)[key] for key in ("world_ns", "hash")}
+
+
+def test_a_log_has_actions_of_which_a_later_one_failed(tmp_path):
+    log = tmp_path / "commands.log"
+    with start(mode="lockstep", args=["--log", str(log)]) as rig:
+        guest = {"name": "guest", "model": "person_1", "class": "person", "position": [12, 8, 0]}
+        spawn = {"action": "spawn", "actor": guest}
+        rig.step(seconds=0.1)
+        with pytest.raises(camrig.CamrigError, match=r"do\[1\]"):
+            rig.call("event.act", do=[spawn, spawn])
+        with pytest.raises(camrig.CamrigError):
+            rig.call("actor.remove", name="nobody")
+        assert "guest" in [actor["name"] for actor in rig.call("actor.list")["actors"]]
+        rig.step(seconds=0.1)
+        before = {key: digest(rig)[key] for key in ("world_ns", "hash")}
+    assert world_again(log) == before
+    assert "nobody" not in log.read_text()
+    # What failed must fail again.
+    log.write_text(log.read_text().replace('"failed":true,', ""))
+    with pytest.raises(camrig.CamrigError, match=r"line 3: .*do\[1\]"):
+        world_again(log)
+
+
+def test_steps_of_clients_that_do_not_wait_for_each_other_are_all_done_again(tmp_path):
+    log = tmp_path / "commands.log"
+    with start(mode="lockstep", args=["--log", str(log)]) as rig:
+        clients = [threading.Thread(target=rig.client.call, args=("world.step", {"seconds": 2}), daemon=True) for _ in range(8)]
+        for client in clients:
+            client.start()
+        for client in clients:
+            client.join(60)
+        before = {key: digest(rig)[key] for key in ("world_ns", "hash")}
+    assert before["world_ns"] == 16 * 10**9
+    assert world_again(log) == before
+
+
+def test_a_step_that_was_given_up_ends_there_when_it_is_done_again(tmp_path):
+    log = tmp_path / "commands.log"
+    with start(mode="lockstep", args=["--log", str(log)]) as rig:
+        cam = rig.create_camera("c", size=(1920, 1080), fps=100, place="lobby")
+        with stuck_mjpeg_reader(cam), pytest.raises(camrig.CamrigError, match="given up"):
+            rig.call("world.step", seconds=5, timeout_s=1)
+        rig.step(seconds=0.1)
+        before = {key: digest(rig)[key] for key in ("world_ns", "hash")}
+    assert before["world_ns"] < 5 * 10**9
+    assert world_again(log) == before

@@ -221,10 +221,11 @@ def test_in_the_dark_a_device_slows_down_where_it_may(rig):
 
     def has_period(period_ms):
         said, *steps_ms = map(float, run_with_devices(rig, sys.executable, "-c", capture, "20").split())
-        assert said == 20 and all(step == pytest.approx(period_ms * round(step / period_ms), abs=1) for step in steps_ms), steps_ms
-        return max(steps_ms) == pytest.approx(period_ms, abs=1)
+        print(steps_ms)
+        assert said == 20
+        return all(step == pytest.approx(period_ms, abs=1) for step in steps_ms)
 
-    # A machine that is busy drops pictures, now and then: then a step is of several periods.
+    # A machine that is busy drops pictures, now and then: then a step is of several periods, or after a second of none the last picture comes again.
     assert any(has_period(50) for _ in range(5))
     v4l2_ctl(rig, "-c", "exposure_dynamic_framerate=1")
     assert any(has_period(200) for _ in range(5))

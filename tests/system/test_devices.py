@@ -20,13 +20,17 @@ import cv2, sys
 import camrig
 capture = cv2.VideoCapture(sys.argv[1], cv2.CAP_V4L2)
 assert capture.isOpened()
-last = -1
+last, new, at = -1, 0, 0.0
 for _ in range(int(sys.argv[2])):
     ok, image = capture.read()
     assert ok
     code = camrig.read_code(image)
+    if code.sequence == last:  # the last one comes again, after a second without a picture
+        assert capture.get(cv2.CAP_PROP_POS_MSEC) - at > 900
+        continue
     assert code.sequence > last
-    last = code.sequence
+    last, new, at = code.sequence, new + 1, capture.get(cv2.CAP_PROP_POS_MSEC)
+assert new > int(sys.argv[2]) // 2
 print("shape", image.shape)
 """
 

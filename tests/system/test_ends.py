@@ -13,7 +13,8 @@ import urllib.request
 
 import camrig
 from conftest import control_socket, stuck_mjpeg_reader, wait_until
-from onvif_messages import SERVICES, SOAP, free_port
+from onvif_messages import SERVICES, SOAP
+from ports import free_port
 from rtsp_client import read_aside
 
 #: Through this lens and from so far away the outline of everything in the hall is hard to follow.

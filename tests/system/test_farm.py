@@ -41,6 +41,7 @@ def farm(*options, nodes=2, scene="hall"):
         assert line, "".join(said)
         facts = json.loads(line)
         rig = camrig.connect(facts["control"])
+        wait_until(lambda: len(nodes_of(rig)) == nodes, 30, "all nodes")
         yield rig, {**facts, "said": said, "child": child}
         rig.call("server.shutdown")
         assert child.wait(20) == 0, "".join(said)
@@ -68,12 +69,40 @@ def test_it_can_be_ended_while_its_nodes_start():
     assert child.returncode == 0 and "camrig farm\n" not in said and "Traceback" not in wrong, wrong
 
 
+def test_a_bus_that_does_not_start_says_why(tmp_path):
+    (tmp_path / "file").touch()
+    command = [sys.executable, "-m", "camrig.farm", "up", "--scene", "minimal", "--store", str(tmp_path / "file" / "store")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, env={**os.environ, "PYTHONPATH": str(REPOSITORY / "control/python")}, check=False)
+    assert done.returncode == 1 and "NATS server" in done.stderr and "storage directory" in done.stderr and "Traceback" not in done.stderr, done
+
+
+def test_a_bus_that_dies_is_started_again_with_its_log():
+    with farm("--mode", "lockstep", scene="minimal") as (rig, facts):
+        rig.step(seconds=0.4)
+        before = rig.status()["world_ns"]
+        bus = next(pid for pid in pathlib.Path(f"/proc/{facts['child'].pid}/task/{facts['child'].pid}/children").read_text().split()
+                   if pathlib.Path(f"/proc/{pid}/comm").read_text().strip() == "nats-server")
+        os.kill(int(bus), signal.SIGKILL)
+        wait_until(lambda: any("NATS server has ended (-9)" in line for line in facts["said"]), what="the bus is missed")
+        rig.create_camera("behind", size=(160, 120), fps=10)
+        assert rig.step(seconds=0.4)["world_ns"] == before + 400_000_000
+        assert len(all_nodes(rig)) == 2
+        assert len({json.dumps(digest(one)) for one in rigs_of(rig).values()}) == 1
+
+
 def nodes_of(rig):
     return rig.call("farm.status")["nodes"]
 
 
+def all_nodes(rig, count=2):
+    """One that a busy machine holds up is missing, for a moment."""
+    looks = []
+    wait_until(lambda: looks.append(nodes_of(rig)) or len(looks[-1]) == count, what=f"{count} nodes")
+    return looks[-1]
+
+
 def rigs_of(rig):
-    return {node["node"]: camrig.connect(node["control"]) for node in nodes_of(rig)}
+    return {node["node"]: camrig.connect(node["control"]) for node in all_nodes(rig)}
 
 
 def test_in_lockstep_every_node_shows_what_one_machine_shows():
@@ -96,10 +125,11 @@ def test_in_lockstep_every_node_shows_what_one_machine_shows():
                 shown.append(pictures(rig))
         assert shown == seen
         owners = {camera["camera"]: camera["node"] for camera in rig.call("farm.status")["cameras"]}
+        rigs = rigs_of(rig)
         assert len(owners) == 7 and set(owners.values()) == {"node1", "node2"}
-        digests = {name: digest(one) for name, one in rigs_of(rig).items()}
+        digests = {name: digest(one) for name, one in rigs.items()}
         assert len(digests) == 2 and len({json.dumps(one) for one in digests.values()}) == 1
-        assert [pictures(one) for one in rigs_of(rig).values()] == [shown[-1]] * 2
+        assert [pictures(one) for one in rigs.values()] == [shown[-1]] * 2
 
 
 def test_in_real_time_nodes_stay_equal_whoever_commands_and_whoever_dies():
@@ -128,14 +158,15 @@ def test_in_real_time_nodes_stay_equal_whoever_commands_and_whoever_dies():
             each.join(30)
         assert not failed
 
-        sequencer = next(node for node in nodes_of(rig) if node["is_sequencer"])
+        names = {node["node"] for node in all_nodes(rig, 3)}
+        sequencer = next(node for node in all_nodes(rig, 3) if node["is_sequencer"])
         began = time.monotonic()
         os.kill(sequencer["pid"], signal.SIGKILL)
         rig.call("camera.set", name="cam0", vfov_deg=44)
         took_s = time.monotonic() - began
         print(f"commands are taken {took_s:.2f} s after the sequencer's death")
         assert took_s < 8
-        assert len(nodes_of(rig)) == 2
+        wait_until(lambda: {node["node"] for node in nodes_of(rig)} == names - {sequencer["node"]}, what="the two others")
         # A rig does not outlive its node.
         wait_until(lambda: not os.path.exists(f"/proc/{sequencer['rig_pid']}") or b"Z" in open(f"/proc/{sequencer['rig_pid']}/stat", "rb").read().split()[2])
         rigs = list(rigs_of(rig).values())
@@ -160,22 +191,26 @@ def test_a_node_that_joins_late_becomes_equal_and_one_that_differs_is_named_and_
     with farm(nodes=2) as (rig, facts):
         for method, params in itertools.islice(commands(13, people_of(rig)), 12):
             rig.call(method, **params)
-        victim = next(node for node in nodes_of(rig) if not node["is_sequencer"])
+        before = all_nodes(rig)
+        victim = next(node for node in before if not node["is_sequencer"])
         os.kill(victim["pid"], signal.SIGKILL)
-        wait_until(lambda: len(nodes_of(rig)) == 2 and any(node["node"] == "node3" and node.get("applied", 0) >= 12 for node in nodes_of(rig)), 30, "a node in its place")
+        known = {node["node"] for node in before}
+        others = lambda: [node["node"] for node in nodes_of(rig) if node["node"] not in known and node.get("applied", 0) >= 12]
+        wait_until(lambda: len(nodes_of(rig)) == 2 and others(), 30, "a node in its place")
+        new = others()[0]
         # Behind the log's back, which nobody can by the node's own rules: a rig that is told something else.
-        late = rigs_of(rig)["node3"]
+        late = rigs_of(rig)[new]
         for at_ns in (late.status()["world_ns"] + 300_000_000 for _ in range(50)):
             try:
                 late.call("actor.steer", actors=[{"name": people_of(rig)[0], "velocity": [1, 0, 0]}], at_ns=at_ns)
                 break
             except camrig.CamrigError as error:  # a busy machine may say it too late
                 assert "is past" in error.message
-        wait_until(lambda: any("node3 is stopped" in line for line in facts["said"]), 20, "the node that differs to be found")
-        named = lambda: [line for line in facts["said"] if "node3 stops" in line]
+        wait_until(lambda: any(f"{new} is stopped" in line for line in facts["said"]), 20, "the node that differs to be found")
+        named = lambda: [line for line in facts["said"] if f"{new} stops" in line]
         wait_until(lambda: named(), 10)
         assert f"actor {people_of(rig)[0]}" in named()[0]
-        wait_until(lambda: len(nodes_of(rig)) == 2 and "node4" in [node["node"] for node in nodes_of(rig)], 30, "one in its place")
+        wait_until(lambda: len(nodes_of(rig)) == 2 and any(node["node"] not in {*known, new} for node in nodes_of(rig)), 30, "one in its place")
 
 
 def test_a_node_of_another_world_cannot_join():
@@ -339,7 +374,11 @@ def test_a_run_that_is_interrupted_leaves_nobody_waiting(tmp_path):
             wait_until((folder / "lockstep" / f"{when}.log").exists, 60)
             running.send_signal(end)
             said, _ = running.communicate(timeout=120)
-            assert end == signal.SIGKILL or (running.returncode == 1 and said.count("\n") == 1 and "interrupted" in said), said
+            if end != signal.SIGKILL:
+                # Where a signal comes while CPython makes an event loop it complains of that one by itself.
+                lines = said.splitlines()
+                assert running.returncode == 1 and "interrupted" in lines[-1], said
+                assert len(lines) == 1 or lines[0].startswith("Exception ignored in: <function BaseEventLoop.__del__"), said
             wait_until(lambda: not processes_with(mark), 60, f"nobody to be left of {mark}")
         finally:
             for pid in processes_with(mark):

@@ -5,7 +5,7 @@ import time
 import urllib.request
 
 import pytest
-from conftest import REPOSITORY, wait_until
+from conftest import REPOSITORY, Witness, wait_until
 
 sys.path.insert(0, str(REPOSITORY / "tests" / "farm"))
 from live_parts import farm as live_farm  # noqa: E402
@@ -55,6 +55,7 @@ def test_a_node_that_is_full_gives_cameras_away_and_no_reader_notices(watched):
             reader.reconnect()
     wait_until(lambda: all(reader.node == small for reader in readers if reader.camera in own), 30, "its cameras to be read from it")
     connections, moment = {reader.camera: reader.connections for reader in readers}, time.monotonic()
+    witness = Witness().__enter__()
     moved = lambda: {camera for camera, node in far.owners().items() if camera in own and node != small}
     wait_until(moved, 30, "cameras to move")
     time.sleep(7)  # one more look of the sequencer's
@@ -67,8 +68,9 @@ def test_a_node_that_is_full_gives_cameras_away_and_no_reader_notices(watched):
     gone = next(reader for reader in readers if reader.camera in moved())
     gone.reconnect()
     wait_until(lambda: gone.node and gone.node != small, 10, "the camera at its new owner")
-    for reader in readers:
-        assert missing(reader.since(moment)) <= FPS, f"{reader.camera} was away"  # a connection made anew
+    witness.__exit__()
+    for reader in readers:  # a connection made anew, and where the machine was held up
+        assert missing(reader.since(moment)) <= FPS * (1 + witness.longest_s), f"{reader.camera} was away"
 
 
 def test_where_all_nodes_are_full_the_farm_says_so(watched):

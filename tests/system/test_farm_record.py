@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import webdataset
+import yaml
 from PIL import Image
 from pycocotools.coco import COCO
 
@@ -198,6 +199,34 @@ def test_an_export_is_what_a_recording_would_have_written(quiet, tmp_path):
     again = tmp_path / "again"
     subprocess.run([camrig.find_binary(), "farm", "export", str(quiet[0]), "--out", str(again)], check=True, capture_output=True)
     assert differences(exported, again) == []
+
+
+def test_an_export_of_worlds_with_other_classes_names_each_object_right(tmp_path):
+    """Each world numbers its classes as it meets them: here they meet the same ones in another order, and one of them meets another one."""
+    objects = json.loads((REPOSITORY / "scenes" / "minimal.json").read_text())["objects"]
+    renamed = [{**objects[1], "class": "statue"}, objects[0]]
+    plan = write_plan(tmp_path, vary=[{"product": {"/objects": [objects, renamed]}}], seconds=0.1)
+    assert (done := record(plan, tmp_path / "set", "--verify", 0)).returncode == 0, done.stderr
+    exported = tmp_path / "exported"
+    subprocess.run([camrig.find_binary(), "farm", "export", str(tmp_path / "set"), "--out", str(exported), "--format", "yolo"], check=True, capture_output=True)
+
+    coco = json.loads((exported / "coco.json").read_text())
+    categories = {category["id"]: category["name"] for category in coco["categories"]}
+    images = {image["id"]: image for image in coco["images"]}
+    names = yaml.safe_load((exported / "yolo.yaml").read_text())["names"]
+    assert sorted(names) == list(range(len(names)))  # Ultralytics takes no others
+    assert sorted(names.values()) == sorted(categories.values()) == ["box", "ground", "statue"]
+    numbers = set()
+    for camera in json.loads((exported / "dataset.json").read_text())["cameras"]:
+        for frame, line in enumerate((exported / camera / "truth.jsonl").open(), 1):
+            truth = json.loads(line)
+            numbers.add(json.dumps(truth["classes"]))
+            seen = [(item["id"], item["class"]) for item in truth["objects"] if item["pixels"]]
+            in_yolo = [names[int(row.split()[0])] for row in (exported / camera / "labels" / f"{frame:06}.txt").read_text().splitlines()]
+            assert in_yolo == [name for _, name in seen]
+            of_frame = [one for one in coco["annotations"] if (images[one["image_id"]]["camera"], images[one["image_id"]]["frame"]) == (camera, frame)]
+            assert [(one["track_id"], categories[one["category_id"]]) for one in of_frame] == seen
+    assert len(numbers) == 2
 
 
 def test_variants_differ_as_the_plan_says(quiet):

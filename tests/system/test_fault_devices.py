@@ -216,7 +216,17 @@ def test_calls_fail_as_vivid_lets_them(rig, at, programs):
     rig.create_camera("desk", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 47}])
     rig.create_camera("well", size=(160, 120), fps=25, outputs=[{"kind": "device", "number": 48}])
     rig.fault.set("desk", "device_error", at=at)
-    wait_until(lambda: start(programs, rig, CALLS, "/dev/video47").communicate(input="", timeout=20)[0].split("\n")[0] == f"{at.upper()} EINVAL", what="the call fails")
+
+    def first_line():
+        """A program that comes before the fault does streams, and would go on."""
+        program = start(programs, rig, CALLS, "/dev/video47")
+        try:
+            return program.stdout.readline()
+        finally:
+            program.kill()
+            program.communicate()
+
+    wait_until(lambda: first_line() == f"{at.upper()} EINVAL\n", what="the call fails")
     well = start(programs, rig, READER, "/dev/video48")
     assert [well.stdout.readline() for _ in range(5)] == ["frame\n"] * 5
     well.kill()

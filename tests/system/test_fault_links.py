@@ -15,7 +15,7 @@ import pytest
 import camrig
 from conftest import wait_until
 from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
-from rtsp_client import jitter_program, stepping  # noqa: F401 (a fixture)
+from rtsp_client import jitter_program, stepping, unless_held_up  # noqa: F401 (a fixture)
 from test_faults import RtpPackets, parts, rtcp_starts
 
 
@@ -219,6 +219,10 @@ def test_packets_are_overtaken_and_none_is_lost(rig):
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
 @pytest.mark.parametrize("kind, params", [("packet_loss", {"probability": 0.2}), ("bandwidth", {"kbit_per_s": 2000, "queue_s": 0.02})])
 def test_gstreamer_misses_the_packets_that_truth_calls_lost(rig, jitter_program, kind, params):
+    unless_held_up(rig, lambda moments: check_missed(rig, jitter_program, kind, params, moments))
+
+
+def check_missed(rig, jitter_program, kind, params, moments):
     cam = rig.create_camera("desk", size=(320, 240), fps=25, place="lobby", outputs=[{"kind": "rtsp"}])
     reader = subprocess.Popen([jitter_program, f"{rig.rtsp_url}/desk/mjpeg"], stdout=subprocess.PIPE, text=True)
 
@@ -226,6 +230,7 @@ def test_gstreamer_misses_the_packets_that_truth_calls_lost(rig, jitter_program,
         """As many packets as truth says were lost; in the pace of the clock, for the reader waits for packets by it."""
         lost = 0
         for _ in range(pictures):
+            moments.append(time.monotonic())
             rig.step(seconds=0.04)
             for harm in cam.truth()["outputs"]["rtsp"]["damaged"]:
                 assert (harm["kind"], harm["mode"], harm["times"]) == (kind, "lost", 1)
@@ -253,6 +258,10 @@ def test_gstreamer_misses_the_packets_that_truth_calls_lost(rig, jitter_program,
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
 def test_delayed_packets_come_behind_those_of_later_pictures_and_none_is_lost(rig):
+    unless_held_up(rig, lambda moments: check_delayed(rig, moments))
+
+
+def check_delayed(rig, moments):
     cam = rig.create_camera("desk", size=(640, 480), fps=25, place="lobby", outputs=[{"kind": "rtsp", "bitrate_kbps": 20_000}])
     packets, pictures = RtpPackets(f"{rig.rtsp_url}/desk/mjpeg"), {}
 
@@ -262,6 +271,7 @@ def test_delayed_packets_come_behind_those_of_later_pictures_and_none_is_lost(ri
         while len(taken) < count:
             channel, packet = packets.next()
             if channel == 0:
+                moments.append(time.monotonic())
                 number, stamp = struct.unpack(">xxHI", packet[:8])
                 picture = pictures.setdefault(stamp, len(pictures))
                 taken.append((number, len(pictures) - 1 - picture))
@@ -294,6 +304,8 @@ def test_a_slow_line_carries_what_it_is_told_and_the_same_frames_again(rig):
         reader.start()
         wait_until(lambda: camera_books(rig, "desk")["outputs"], what="a reader")
         rig.step(seconds=1)
+        last = cam.frame().sequence
+        wait_until(lambda: read and read[-1][1] == last, what="the last picture of the step")
         free = sum(len(jpeg) for jpeg, _ in read[-20:]) / 20 * 25 * 8 / 1000  # kbit/s
         fault = rig.fault.set("desk", "bandwidth", kbit_per_s=free / 4, queue_s=0.1)
         wait_until(lambda: len(read) >= 25, what="what was sent")

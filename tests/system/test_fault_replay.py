@@ -13,8 +13,9 @@ import urllib.request
 
 
 import camrig
+from conftest import wait_until
 from fault_books import check_books
-from rtsp_client import rtsp_times
+from rtsp_client import HELD_UP_S, longest_hold, rtsp_times
 from test_fault_devices import under_exec
 from test_faults import RtpPackets
 
@@ -146,10 +147,6 @@ def pictures_and_streams(scenes, kinds, fail=True):
     return shown
 
 
-#: The RTSP server sends its last picture again when nothing new came for a second (picture_stamps.cpp).
-HELD_UP_S = 0.9
-
-
 def packets_and_damage(scenes, fail=True):
     """Of a run that nothing held up: a picture that is sent again takes numbers, meets the fault anew, and moves the key pictures."""
     for _ in range(5):
@@ -169,11 +166,12 @@ def one_run_of_packets(scenes, fail):
         readers = {}
         for kind in kinds:
             rig.create_camera(kind, size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "rtsp", "key_interval_s": 0.2}])
-            moments[:] = [time.monotonic()]
             packets = RtpPackets(f"{rig.rtsp_url}/{kind}" + ("" if kind == "corrupt_video" else "/mjpeg"))
             thread = threading.Thread(target=keep_packets, args=(packets, shown[kind]), daemon=True)
             thread.start()
             readers[kind] = packets, thread
+            wait_until(lambda: shown[kind], what="what the camera shows before the first step")  # key pictures count from it on
+            moments[:] = [time.monotonic()]
         damage = []
         for step in range(STEPS):
             if step == BEGIN and fail:
@@ -191,8 +189,7 @@ def one_run_of_packets(scenes, fail):
             packets.socket.close()
     assert any(damage) == fail
     video = shown.pop("corrupt_video")
-    # Two steps: one picture may come at the begin of its step, the next at the end.
-    longest_s = max(end - begin for begin, end in zip(moments, moments[2:]))
+    longest_s = longest_hold(moments)
     return {**{kind: by_picture(packets) for kind, packets in shown.items()}, "corrupt_video": access_units(video)}, damage, longest_s
 
 
@@ -254,30 +251,51 @@ def by_picture(packets):
     return [[(place - begin, index, (number - numbers[0]) % 65536, digest) for place, index, number, digest in picture] for picture in last]
 
 
+class DeviceReader:
+    """READER on a device, and its lines. No step of the rig waits for it."""
+
+    def __init__(self, rig, number):
+        self.program = subprocess.Popen(under_exec(rig, sys.executable, "-c", READER, f"/dev/video{number}"), stdout=subprocess.PIPE, text=True)
+        self.lines = []
+        self.thread = threading.Thread(target=lambda: self.lines.extend(iter(self.program.stdout.readline, "")), daemon=True)
+        self.thread.start()
+
+    def has_read(self, sequence):
+        """Whether it has that picture, or nothing more comes to it."""
+        last = self.lines[-1].split() if self.lines else []
+        return not self.thread.is_alive() or len(last) == 4 and int(last[0]) >= sequence
+
+    def all(self):
+        assert self.program.wait(60) == 0
+        self.thread.join(30)
+        return [line.rstrip("\n") for line in self.lines]
+
+
 def buffers(scenes, fail=True):
     """By kind: what a program reads off the device until it cannot."""
     with camrig.start(str(scenes / "hall.json"), mode="lockstep", seed=11) as rig:
-        programs, kinds = {}, [*DEVICE_KINDS, WELL]
+        readers, kinds = {}, [*DEVICE_KINDS, WELL]
         for number, kind in enumerate(kinds, 60):
             rig.create_camera(kind, size=(160, 120), fps=25, place="lobby", outputs=[{"kind": "device", "number": number}])
-            programs[kind] = subprocess.Popen(under_exec(rig, sys.executable, "-c", READER, f"/dev/video{number}"), stdout=subprocess.PIPE, text=True)
+            readers[kind] = DeviceReader(rig, number)
         try:
-            assert all(program.stdout.readline() == "streams\n" for program in programs.values())
+            wait_until(lambda: all(reader.lines for reader in readers.values()), 60, "programs that stream")
             damage = []
             for step in range(STEPS):
                 if step == BEGIN and fail:
                     for kind in kinds:
                         set_fault(rig, kind, kind)
                 rig.step(seconds=0.04)
+                wait_until(lambda: all(reader.has_read(step) for reader in readers.values()), 60, f"programs that have read picture {step}")
                 damage.append(rig.camera("wrong_size").truth()["outputs"]["device"]["damaged"])
             check_books(rig)
             for kind in kinds:
                 rig.camera(kind).delete()
-            lines = {kind: program.communicate(timeout=60)[0].splitlines() for kind, program in programs.items()}
+            lines = {kind: reader.all() for kind, reader in readers.items()}
         finally:
-            for program in programs.values():
-                program.kill()
-                program.communicate()
+            for reader in readers.values():
+                reader.program.kill()
+                reader.program.wait()
     assert any(damage) == fail
     # What was shown before the program came is sent again until the world goes on.
     return {kind: told[-STEPS:] for kind, told in lines.items()}, damage

@@ -6,6 +6,7 @@ import os
 import struct
 import subprocess
 import threading
+import time
 import urllib.request
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 import camrig
 from conftest import wait_until
 from fault_books import books_balance  # noqa: F401 (a fixture)
+from rtsp_client import unless_held_up
 from test_faults import RtpPackets
 
 
@@ -286,12 +288,18 @@ class H264Slices:
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
 def test_truth_says_which_bytes_of_h264_came_wrong(rig):
+    unless_held_up(rig, lambda moments: check_bytes_of_h264(rig, moments))
+
+
+def check_bytes_of_h264(rig, moments):
+    moments.append(time.monotonic())
     cams = {name: rig.create_camera(name, size=(320, 240), fps=25, place="lobby", outputs=[{"kind": "rtsp", "key_interval_s": 0.4}]) for name in ("desk", "well")}
     streams = {name: H264Slices(f"{rig.rtsp_url}/{name}") for name in cams}
 
     def step():
         """The slices of the picture as the failing camera's readers and the other's have them, and what truth says."""
         counts = {name: len(stream.pictures) for name, stream in streams.items()}
+        moments.append(time.monotonic())
         rig.step(seconds=0.04)
         wait_until(lambda: all(len(stream.pictures) > counts[name] for name, stream in streams.items()), what="the pictures")
         assert cams["well"].truth()["outputs"]["rtsp"]["damaged"] == []
@@ -326,6 +334,7 @@ def test_truth_says_which_bytes_of_h264_came_wrong(rig):
         rig.fault.clear("desk")
         rig.fault.set("desk", "corrupt_video", mode="drop_nal", probability=1.0)
         count = len(streams["well"].pictures)
+        moments.append(time.monotonic())
         rig.step(seconds=0.04)
         (harm,) = cams["desk"].truth()["outputs"]["rtsp"]["damaged"]
         wait_until(lambda: len(streams["well"].pictures) > count, what="the picture")
@@ -333,6 +342,7 @@ def test_truth_says_which_bytes_of_h264_came_wrong(rig):
         assert harm["mode"] == "drop_nal" and sum(count for _, count in harm["runs"]) == harm["bytes"]
         assert harm["bytes"] - sum(map(len, slices)) in (3 * len(slices), 4 * len(slices))
         rig.fault.clear("desk")
+        moments.append(time.monotonic())
         rig.step(seconds=0.04)
         assert cams["desk"].truth()["outputs"]["rtsp"]["damaged"] == []
     finally:

@@ -10,7 +10,7 @@ import pytest
 
 import camrig
 from conftest import REPOSITORY
-from onvif_messages import free_port
+from ports import free_port
 from rtsp_client import assert_gst_read_to_the_end
 from test_docs import blocks, environment, hall, ported, run, shell  # noqa: F401  (fixtures)
 

@@ -19,7 +19,8 @@ from lxml import etree
 
 import camrig
 from conftest import wait_until
-from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, beside, free_port, listens, post, schemas, security
+from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, beside, listens, post, schemas, security
+from ports import free_port
 
 FOV = "http://www.onvif.org/ver10/tptz/PanTiltSpaces/TranslationSpaceFov"
 HEAD = {"preset": "ideal", "latency_s": 0.2, "speed_deg_s": 100, "acceleration_deg_s2": 400, "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]}

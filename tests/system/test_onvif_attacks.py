@@ -8,7 +8,8 @@ import pytest
 
 import camrig
 from conftest import Process, wait_until
-from onvif_messages import SERVICES, SOAP, TOKEN, free_port, listens, post, security
+from onvif_messages import SERVICES, SOAP, TOKEN, listens, post, security
+from ports import free_port
 
 MOVE = '<tptz:AbsoluteMove><tptz:ProfileToken>dome</tptz:ProfileToken><tptz:Position><tt:PanTilt x="1" y="0"/></tptz:Position></tptz:AbsoluteMove>'
 ENTITIES = "".join(f'<!ENTITY e{n} "{f"&e{n - 1};" * 10}">' for n in range(1, 10))

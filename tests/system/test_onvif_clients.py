@@ -9,7 +9,8 @@ import pytest
 
 import camrig
 from conftest import REPOSITORY, wait_until
-from onvif_messages import TOKEN, beside, free_port, listens
+from onvif_messages import TOKEN, beside, listens
+from ports import free_port
 from test_onvif import HEAD
 
 

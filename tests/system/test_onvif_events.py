@@ -13,7 +13,8 @@ import zeep.exceptions
 from lxml import etree
 
 from conftest import wait_until
-from onvif_messages import SOAP, WSDL, free_port, listens, post, schemas
+from onvif_messages import SOAP, WSDL, listens, post, schemas
+from ports import free_port
 
 WSNT = "http://docs.oasis-open.org/wsn/b-2"
 

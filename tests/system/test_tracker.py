@@ -8,7 +8,7 @@ import sys
 
 import camrig
 from conftest import REPOSITORY
-from test_onvif import free_port
+from ports import free_port
 
 EXAMPLE = REPOSITORY / "examples" / "tracker"
 #: In 20 s. Who looks less often than twice a second cannot follow at a walk: not the head's doing.

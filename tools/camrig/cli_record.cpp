@@ -10,6 +10,7 @@
 #include <ostream>
 
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include "core/base/base64.h"
@@ -279,7 +280,7 @@ Result<void> Recorder::take(const RecordedCamera& camera, TimeNs instant_ns) {
         if (!file) return std::unexpected(file.error());
         further.push_back(std::move(*file));
     }
-    return writer_->add(*truth, *color, further, camera.rate.to_string());
+    return writer_->add(*truth, *color, further, fmt::format("{}", camera.rate.hertz()));
 }
 
 Result<void> Recorder::begin_dataset() {

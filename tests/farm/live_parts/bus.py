@@ -6,17 +6,16 @@ import asyncio
 import os
 import socket
 import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any, Callable, Sequence
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
+from ports import free_port  # noqa: E402
+
 from camrig.farm.live.log import CommandLog, Subjects, connect
 from camrig.farm.live.up import find_nats_server
-
-
-def free_port() -> int:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        return server.getsockname()[1]
 
 
 def wait_until(condition: Callable[[], Any], what: str, timeout_s: float = 120.0) -> Any:

@@ -143,10 +143,11 @@ Result<std::int64_t> write_coco(const fs::path& folder, const json& description,
                     is_first = false;
                 };
                 if (for_images) {
-                    for (const auto& [name, number] : truth.at("classes").items()) classes[name] = number;
+                    add_classes(truth.at("classes"), classes);
                     put(coco_image(truth, camera, suffix, image_id, frame));
                 } else {
-                    for (const json& annotation : coco_annotations(truth, image_id, annotation_id)) put(annotation);
+                    for (const json& annotation : coco_annotations(truth, classes, image_id, annotation_id))
+                        put(annotation);
                 }
                 // At once: errno is that of the write which failed.
                 if (!out) return std::unexpected(io_error(to, "written"));
@@ -160,6 +161,22 @@ Result<std::int64_t> write_coco(const fs::path& folder, const json& description,
     out.close();
     if (!out) return std::unexpected(io_error(to, "written"));
     return frames;
+}
+
+/// The labels of a camera were written with the classes of its world, or of a set that it was in; those of this set may
+/// be others.
+Result<void> number_yolo_labels(const fs::path& folder, const json& classes) {
+    const auto read = read_journal(folder / journal_name, [&](const json& truth, std::int64_t frame) -> Result<void> {
+        const std::string lines = yolo_lines(truth, classes);
+        const fs::path file = folder / "labels" / (frame_name(frame) + ".txt");
+        std::ifstream labels(file, std::ios::binary);
+        std::string there(lines.size() + 1, '\0');
+        labels.read(there.data(), std::ssize(there));
+        if (labels.gcount() == std::ssize(lines) && there.starts_with(lines)) return {};
+        return write_atomically(file, bytes_of_text(lines));
+    });
+    if (!read) return std::unexpected(read.error());
+    return {};
 }
 
 std::string sequence_info(const std::string& head, std::int64_t frames) {
@@ -211,6 +228,15 @@ Result<DatasetWriter::Camera*> DatasetWriter::camera(const json& truth, const st
     const fs::path folder = folder_ / name;
     for (Camera& known : cameras_)
         if (known.folder == folder) return &known;
+    if (with_yolo_) {
+        // YOLO's trainer finds the labels of .../images/NAME.png at .../labels/NAME.txt. It follows links first, so
+        // that `images` must be the folder.
+        for (const char* part : {"images", "labels"})
+            if (auto made = make_folders(folder / part); !made) return std::unexpected(made.error());
+        std::error_code failed;
+        fs::create_directory_symlink("images", folder / "image_2", failed);
+        if (failed) return error(ErrorKind::unavailable, (folder / "image_2").string() + ": " + failed.message());
+    }
     for (const char* part : {"image_2", "label_2", "calib", "gt"})
         if (auto made = make_folders(folder / part); !made) return std::unexpected(made.error());
     const auto ros = ros_calibration(truth);
@@ -219,13 +245,6 @@ Result<DatasetWriter::Camera*> DatasetWriter::camera(const json& truth, const st
         return std::unexpected(done.error());
     if (auto done = write_atomically(folder / "opencv.yml", bytes_of_text(opencv_calibration(truth))); !done)
         return std::unexpected(done.error());
-    if (with_yolo_) {
-        // YOLO's trainer finds the labels of .../images/NAME.png at .../labels/NAME.txt.
-        if (auto made = make_folders(folder / "labels"); !made) return std::unexpected(made.error());
-        std::error_code failed;
-        fs::create_directory_symlink("image_2", folder / "images", failed);
-        if (failed) return error(ErrorKind::unavailable, (folder / "images").string() + ": " + failed.message());
-    }
     auto journal = LineFile::open(folder / journal_name);
     if (!journal) return std::unexpected(journal.error());
     auto mot = LineFile::open(folder / "gt" / "gt.txt");
@@ -292,7 +311,8 @@ Result<void> DatasetWriter::add_files(Camera& to, const json& truth, std::span<c
     if (auto done = put("label_2", ".txt", bytes_of_text(labels)); !done) return done;
     if (auto done = put("calib", ".txt", bytes_of_text(calibration)); !done) return done;
     if (with_yolo_)
-        if (auto done = put("labels", ".txt", bytes_of_text(yolo_lines(truth))); !done) return done;
+        if (auto done = put("labels", ".txt", bytes_of_text(yolo_lines(truth, truth.at("classes")))); !done)
+            return done;
     if (auto done = to.mot.append(mot_lines(truth, frame)); !done) return done;
     const std::string sequence = sequence_info(to.sequence_head, frame);
     if (auto done = write_atomically(to.folder / "seqinfo.ini", bytes_of_text(sequence)); !done) return done;
@@ -319,6 +339,8 @@ Result<std::int64_t> finish_dataset(const fs::path& folder) {
     if (::rename(temporary.c_str(), (folder / "coco.json").c_str()) != 0)
         return std::unexpected(io_error(folder / "coco.json", "written"));
     if (description->value("yolo", false)) {
+        for (const std::string& camera : cameras)
+            if (auto done = number_yolo_labels(folder / camera, classes); !done) return std::unexpected(done.error());
         const std::string text = yolo_description(cameras, classes);
         if (auto done = write_atomically(folder / "yolo.yaml", bytes_of_text(text)); !done)
             return std::unexpected(done.error());

@@ -22,8 +22,8 @@ namespace camrig::cli {
 ///     CAMERA/label_2/000001.txt        KITTI labels           CAMERA/calib/000001.txt   KITTI calibration
 ///     CAMERA/gt/gt.txt, seqinfo.ini    MOTChallenge
 ///     CAMERA/camera_info.yaml          calibration for ROS    CAMERA/opencv.yml         for OpenCV
-///     CAMERA/labels/000001.txt         YOLO, where it is asked for; CAMERA/images leads to image_2, where YOLO looks
-///     CAMERA/depth, flow, instance, soiling   further pictures of each frame, as the caller gives them
+///     CAMERA/labels/000001.txt         YOLO, where it is asked for; then image_2 leads to CAMERA/images, where YOLO
+///     looks CAMERA/depth, flow, instance, soiling   further pictures of each frame, as the caller gives them
 ///     coco.json, yolo.yaml             COCO and YOLO's description, of all cameras: made by finish_dataset() from the
 ///                                      journals
 ///

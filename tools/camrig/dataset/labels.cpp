@@ -114,15 +114,22 @@ std::string kitti_calibration(const json& truth) {
     return text;
 }
 
-int coco_category(const std::string& class_name, int class_number) {
+void add_classes(const json& of_world, json& of_set) {
+    std::map<int, std::string> names;
+    for (const auto& [name, number] : of_world.items()) names[number.get<int>()] = name;
+    for (const auto& [number, name] : names)
+        if (!of_set.contains(name)) of_set.emplace(name, of_set.size() + 1);
+}
+
+int coco_category(const std::string& class_name, const json& classes) {
     const auto known = coco_numbers.find(class_name);
-    return known == coco_numbers.end() ? first_own_category + class_number : known->second;
+    return known == coco_numbers.end() ? first_own_category + classes.at(class_name).get<int>() : known->second;
 }
 
 json coco_categories(const json& classes) {
     json categories = json::array();
     for (const auto& [name, number] : classes.items()) {
-        json category{{"id", coco_category(name, number.get<int>())}, {"name", name}, {"supercategory", name}};
+        json category{{"id", coco_category(name, classes)}, {"name", name}, {"supercategory", name}};
         if (name == "person") {
             category["keypoints"] = truth::coco_keypoints;
             category["skeleton"] = skeleton();
@@ -135,10 +142,10 @@ json coco_categories(const json& classes) {
 namespace {
 
 /// Where a backdrop shows somebody whom nobody labels: who finds them is neither right nor wrong.
-void add_ignored(const json& truth, std::int64_t image_id, std::int64_t& next_id, json& annotations) {
+void add_ignored(const json& truth, const json& classes, std::int64_t image_id, std::int64_t& next_id,
+                 json& annotations) {
     for (const json& region : truth.value("ignore", json::array())) {
         const std::string name = region.at("class");
-        const json& classes = truth.at("classes");
         if (!classes.contains(name)) continue;
         // From centres at integers to COCO's edges.
         double low[2] = {1e9, 1e9}, high[2] = {-1e9, -1e9};
@@ -154,7 +161,7 @@ void add_ignored(const json& truth, std::int64_t image_id, std::int64_t& next_id
         const double width = high[0] - low[0], height = high[1] - low[1];
         annotations.push_back({{"id", next_id++},
                                {"image_id", image_id},
-                               {"category_id", coco_category(name, classes.at(name).get<int>())},
+                               {"category_id", coco_category(name, classes)},
                                {"bbox", {low[0], low[1], width, height}},
                                {"area", width * height},
                                {"iscrowd", 1},
@@ -164,14 +171,14 @@ void add_ignored(const json& truth, std::int64_t image_id, std::int64_t& next_id
 
 }  // namespace
 
-json coco_annotations(const json& truth, std::int64_t image_id, std::int64_t& next_id) {
+json coco_annotations(const json& truth, const json& classes, std::int64_t image_id, std::int64_t& next_id) {
     json annotations = json::array();
-    add_ignored(truth, image_id, next_id, annotations);
+    add_ignored(truth, classes, image_id, next_id, annotations);
     for (const json& object : truth.at("objects")) {
         if (object.at("pixels").get<std::int64_t>() == 0) continue;
         json annotation{{"id", next_id++},
                         {"image_id", image_id},
-                        {"category_id", coco_category(object.at("class"), object.at("class_number").get<int>())},
+                        {"category_id", coco_category(object.at("class"), classes)},
                         {"bbox", object.at("box")},
                         {"area", object.at("pixels")},
                         {"iscrowd", 0},
@@ -197,14 +204,14 @@ json coco_annotations(const json& truth, std::int64_t image_id, std::int64_t& ne
     return annotations;
 }
 
-std::string yolo_lines(const json& truth) {
+std::string yolo_lines(const json& truth, const json& classes) {
     const double width = truth.at("size").at(0).get<double>(), height = truth.at("size").at(1).get<double>();
     std::string lines;
     for (const json& object : truth.at("objects")) {
         if (object.at("pixels").get<std::int64_t>() == 0) continue;
         const json& box = object.at("box");
         const double w = box.at(2).get<double>(), h = box.at(3).get<double>();
-        lines += format("%d %.6f %.6f %.6f %.6f\n", object.at("class_number").get<int>() - 1,
+        lines += format("%d %.6f %.6f %.6f %.6f\n", classes.at(object.at("class").get<std::string>()).get<int>() - 1,
                         (box.at(0).get<double>() + w / 2.0) / width, (box.at(1).get<double>() + h / 2.0) / height,
                         w / width, h / height);
     }
