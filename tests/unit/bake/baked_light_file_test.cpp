@@ -1,15 +1,14 @@
 #include "core/world/baked/baked_light_file.h"
 
-#include <filesystem>
 #include <fstream>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "core/base/random.h"
 #include "core/world/baked/baked_light_header.h"
 #include "core/world/scene_check.h"
+#include "tests/temporary_folder.h"
 #include "tests/unit/bake/scenes.h"
 
 namespace camrig::world {
@@ -59,14 +58,12 @@ TEST_F(BakedFile, IsOfOneStateOfItsScene) {
 }
 
 TEST_F(BakedFile, OfAnotherStateIsNoErrorOfTheScene) {
-    const auto folder = std::filesystem::temp_directory_path() / ("camrig_light_of_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder);
+    const TemporaryFolder folder;
     std::ofstream(folder / "x.json") << R"({"camrig_scene": 1, "name": "x", "models": {"box": {"shape": "box"}},
         "objects": [{"name": "other", "model": "box"}]})";
     std::ofstream(folder / "x.light", std::ios::binary)
         .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     const SceneCheck check = check_scene(folder / "x.json");
-    std::filesystem::remove_all(folder);
     EXPECT_NE(check.scene, nullptr);
     EXPECT_THAT(check.errors, testing::IsEmpty());
 }

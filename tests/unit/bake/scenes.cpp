@@ -2,17 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include <fmt/format.h>
 #include <glm/gtc/packing.hpp>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include "core/world/model_lights.h"
 #include "core/world/posed_model.h"
 #include "core/world/world.h"
+#include "tests/temporary_folder.h"
 
 namespace camrig::bake {
 
@@ -25,13 +24,13 @@ world::SceneRef scene_of(const std::vector<TestBox>& boxes, const std::string& r
         objects += fmt::format(R"({}{{"name": "{}", "model": "{}", "position": [{}, {}, {}]}})", comma, box.name,
                                box.name, box.position.x, box.position.y, box.position.z);
     }
-    const auto file = std::filesystem::temp_directory_path() / fmt::format("camrig_bake_{}.json", ::getpid());
+    const TemporaryFolder folder;
+    const auto file = folder / "scene.json";
     std::ofstream(file) << fmt::format(R"({{"camrig_scene": 1, "name": "test", "models": {{{}}}, "objects": [{}]{}}})",
                                        models, objects, rest);
     world::SceneOptions without;
     without.baked_light = false;
     auto scene = world::load_scene(file, without);
-    std::filesystem::remove(file);
     EXPECT_TRUE(scene.has_value()) << (scene ? "" : scene.error().message);
     return scene.value_or(nullptr);
 }

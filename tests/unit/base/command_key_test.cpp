@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "core/base/private_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace camrig {
 namespace {
@@ -34,16 +35,9 @@ UniqueFd hold(const fs::path& key) {
 /// A runtime folder of this test's own.
 class CommandKey : public testing::Test {
 protected:
-    CommandKey() : top_(fs::path(testing::TempDir()) / ("command_key_" + std::to_string(::getpid()))) {
-        fs::remove_all(top_);
-        fs::create_directories(top_);
-        ::setenv("XDG_RUNTIME_DIR", top_.c_str(), 1);
-    }
-    ~CommandKey() override {
-        ::unsetenv("XDG_RUNTIME_DIR");
-        fs::remove_all(top_);
-    }
-    const fs::path top_;
+    CommandKey() { ::setenv("XDG_RUNTIME_DIR", top_.path().c_str(), 1); }
+    ~CommandKey() override { ::unsetenv("XDG_RUNTIME_DIR"); }
+    const TemporaryFolder top_;
 };
 
 TEST_F(CommandKey, IsReadByItsOwnerAtItsAddressOnlyWhileTheRigListens) {

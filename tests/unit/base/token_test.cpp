@@ -4,7 +4,8 @@
 #include <fstream>
 
 #include <gmock/gmock.h>
-#include <unistd.h>
+
+#include "tests/temporary_folder.h"
 
 namespace camrig {
 namespace {
@@ -18,7 +19,8 @@ TEST(Token, SurvivesUrlHeaderAndCookie) {
 }
 
 TEST(Token, TheFilesOneLineIsTheToken) {
-    const auto file = std::filesystem::temp_directory_path() / ("camrig_token_" + std::to_string(::getpid()));
+    const TemporaryFolder folder;
+    const auto file = folder / "token";
     const auto read = [&](const std::string& content) {
         std::ofstream(file, std::ios::binary) << content;
         return read_token_file(file);

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/camera/yaml_document.h"
+#include "tests/temporary_folder.h"
 #include "tests/unit/camera/calibration_samples.h"
 #include "tests/unit/camera/random_lens.h"
 
@@ -223,12 +224,12 @@ TEST(ReadCalibrationFile, NamesTheFileThatIsNotThere) {
 }
 
 TEST(ReadCalibrationFile, ReadsAFile) {
-    const std::string path = testing::TempDir() + "calibration_file_test.yaml";
+    const TemporaryFolder folder;
+    const std::string path = folder / "camera.yaml";
     std::ofstream(path) << ros_sample;
     const auto c = read_calibration_file(path);
     ASSERT_TRUE(c) << c.error().message;
     EXPECT_EQ(*c, *parse_calibration(ros_sample, "x"));
-    std::remove(path.c_str());
 }
 
 TEST(WriteCameraInfo, IsWhatRosReads) {

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 
 #include "core/world/camera_fields.h"
+#include "tests/temporary_folder.h"
 #include "tests/unit/control/server_harness.h"
 #include "tools/camrig/cli_field_options.h"
 
@@ -600,8 +601,7 @@ TEST(CliPython, CommandsInPythonGetTheirArgumentsAsTheyAre) {
 }
 
 TEST(CliPython, ThePythonIsTheOneThatHasThePackage) {
-    const std::filesystem::path folder = testing::TempDir() + "cli_python_" + std::to_string(::getpid());
-    std::filesystem::create_directories(folder);
+    const TemporaryFolder folder;
     const auto program = [&](const std::string& name, int exit_code) {
         const std::filesystem::path file = folder / name;
         std::ofstream(file) << "#!/bin/sh\nexit " << exit_code << "\n";
@@ -614,7 +614,6 @@ TEST(CliPython, ThePythonIsTheOneThatHasThePackage) {
     ASSERT_FALSE(none);
     EXPECT_THAT(none.error().message, AllOf(HasSubstr(without + ": has not both"), HasSubstr(gone + ": No such file"),
                                             HasSubstr("pip install"), HasSubstr("CAMRIG_PYTHON")));
-    std::filesystem::remove_all(folder);
 }
 
 TEST(CliPython, CamrigPythonIsTakenAndNoOther) {
@@ -627,13 +626,13 @@ TEST(CliPython, CamrigPythonIsTakenAndNoOther) {
 }
 
 TEST(CliPython, ACheckoutIsFoundFromTheProgramsPlaceInIt) {
-    const std::filesystem::path root = testing::TempDir() + "cli_checkout_" + std::to_string(::getpid());
+    const TemporaryFolder folder;
+    const std::filesystem::path& root = folder.path();
     std::filesystem::create_directories(root / "control" / "python");
     std::ofstream(root / "control" / "python" / "pyproject.toml");
     EXPECT_EQ(cli::checkout_of(root / "build" / "run" / "tools" / "camrig" / "camrig"), root);
     EXPECT_EQ(cli::checkout_of("/usr/bin/camrig"), std::filesystem::path());
     EXPECT_EQ(cli::checkout_of(""), std::filesystem::path());
-    std::filesystem::remove_all(root);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <openssl/evp.h>
 
 #include "control/onvif/onvif_service.h"
+#include "tests/temporary_folder.h"
 #include "tests/unit/control/fake_rig.h"
 
 namespace camrig::onvif {
@@ -126,7 +127,6 @@ TEST(OnvifDigest, HashesThatOpenSslForbidsRefuseAndDoNotEndTheRig) {
 
 class OnvifUsersFile : public testing::Test {
 protected:
-    ~OnvifUsersFile() override { std::filesystem::remove(file); }
     Result<std::vector<User>> read(const std::string& text,
                                    std::filesystem::perms mode = std::filesystem::perms::owner_read) const {
         std::filesystem::remove(file);
@@ -138,7 +138,8 @@ protected:
         const auto users = read(text);
         return users ? "" : users.error().message;
     }
-    const std::filesystem::path file = std::filesystem::path(testing::TempDir()) / "onvif-users";
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder / "onvif-users";
 };
 
 TEST_F(OnvifUsersFile, HasAUserALine) {

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include "control/rpc/rpc_server.h"
+#include "tests/temporary_folder.h"
 #include "tests/unit/control/fake_rig.h"
-#include "tests/unit/control/temporary_folder.h"
 
 namespace camrig::control {
 

@@ -13,8 +13,8 @@
 #include "control/client/line_socket.h"
 #include "control/client/rpc_client.h"
 #include "control/server/control_server.h"
+#include "tests/temporary_folder.h"
 #include "tests/unit/control/fake_rig.h"
-#include "tests/unit/control/temporary_folder.h"
 
 namespace camrig::control {
 

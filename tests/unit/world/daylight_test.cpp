@@ -11,6 +11,7 @@
 #include "core/world/daylit.h"
 #include "core/world/scene.h"
 #include "core/world/scene_check.h"
+#include "tests/temporary_folder.h"
 #include "tests/unit/world/world_fixture.h"
 
 namespace camrig::world {
@@ -20,10 +21,9 @@ using namespace world_test;
 using nlohmann::json;
 using testing::HasSubstr;
 
-/// A scene file in a folder of its own.
+/// A scene file in a folder that this process has to itself.
 std::filesystem::path written(const json& scene, const char* name = "scene.json") {
-    const auto folder = std::filesystem::path(testing::TempDir()) / "daylight";
-    std::filesystem::create_directories(folder);
+    static const TemporaryFolder folder;
     std::ofstream(folder / name) << scene;
     return folder / name;
 }

@@ -8,6 +8,7 @@
 
 #include "core/world/backdrop/backdrop.h"
 #include "core/world/backdrop/film_player.h"
+#include "tests/temporary_folder.h"
 
 namespace camrig::world::film_test {
 namespace {
@@ -26,9 +27,6 @@ int code_of(std::int64_t n) {
 class Film : public testing::Test {
 protected:
     void SetUp() override {
-        path_ = std::filesystem::temp_directory_path() /
-                ("camrig-film-" + std::to_string(::getpid()) +
-                 testing::UnitTest::GetInstance()->current_test_info()->name() + ".mjpeg");
         std::ofstream out(path_, std::ios::binary);
         tjhandle jpeg = tjInitCompress();
         for (int n = 0; n < pictures; ++n) {
@@ -49,11 +47,11 @@ protected:
         ASSERT_TRUE(film) << film.error().message;
         film_ = *film;
     }
-    void TearDown() override { std::filesystem::remove(path_); }
 
     int code(const std::shared_ptr<const Image>& picture) { return picture->rgba[4 * 37]; }
 
-    std::filesystem::path path_;
+    const TemporaryFolder folder_;
+    const std::filesystem::path path_ = folder_ / "film.mjpeg";
     std::uintmax_t first_bytes_ = 0;  ///< of the first picture
     std::shared_ptr<const FilmFile> film_;
 };

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "tests/temporary_folder.h"
 #include "tests/unit/world/glb_builder.h"
 
 namespace camrig::world::gltf_loader_test {
@@ -204,10 +205,10 @@ TEST(GltfLoader, AnimationsWithFallingTimesOrMissingValuesAreErrors) {
 }
 
 TEST(GltfLoader, FilesOutsideTheFolderAreRefused) {
-    const auto folder = std::filesystem::path(testing::TempDir()) / "gltf_confined";
+    const TemporaryFolder around;
+    const auto folder = around / "confined";
     std::filesystem::create_directories(folder);
-    std::ofstream(folder / "../outside.bin") << std::string(36, '\0');
-    std::filesystem::remove(folder / "link.bin");
+    std::ofstream(around / "outside.bin") << std::string(36, '\0');
     std::filesystem::create_symlink("../outside.bin", folder / "link.bin");
     for (const char* uri : {"../outside.bin", "/etc/passwd", "%2e%2e/outside.bin", "link.bin", "file:///etc/passwd",
                             "a/../../outside.bin", "missing.bin"}) {

@@ -11,6 +11,7 @@
 #include "core/world/scene_check.h"
 #include "core/world/scene_reader.h"
 #include "core/world/shape_model.h"
+#include "tests/temporary_folder.h"
 #include "tests/unit/world/glb_builder.h"
 
 namespace camrig::world::scene_loader_test {
@@ -102,7 +103,8 @@ TEST(SceneReader, TheExampleOfTheGuideLoads) {
 }
 
 TEST(LoadScene, ErrorsNameTheFile) {
-    const auto file = std::filesystem::path(testing::TempDir()) / "broken_scene.json";
+    const TemporaryFolder folder;
+    const auto file = folder / "broken_scene.json";
     std::ofstream(file) << "{\"camrig_scene\": 1,";
     EXPECT_THAT(load_scene(file).error().message, HasSubstr("broken_scene.json: not JSON"));
     EXPECT_EQ(load_scene("/no/such/scene.json").error().kind, ErrorKind::not_found);
@@ -126,14 +128,16 @@ TEST(LoadScene, AWordIsAShippedSceneFromAnyFolder) {
 }
 
 TEST(LoadScene, WhatIsNoModelIsSaidToBeNone) {
-    const auto file = std::filesystem::path(testing::TempDir()) / "archive.glb";
+    const TemporaryFolder folder;
+    const auto file = folder / "archive.glb";
     std::ofstream(file) << "PK\x03\x04 of a zip";
     EXPECT_THAT(load_scene(file).error().message,
                 HasSubstr("archive.glb: is neither .glb nor .gltf: 13 bytes that begin with 'PK?? of '"));
 }
 
 TEST(LoadScene, AModelThatIsMissingIsNamedWithItsJsonPath) {
-    const auto file = std::filesystem::path(testing::TempDir()) / "missing_model.json";
+    const TemporaryFolder folder;
+    const auto file = folder / "missing_model.json";
     std::ofstream(file) << R"({"camrig_scene": 1, "name": "x", "models": {"m": {"file": "gone.glb"}}})";
     const auto message = load_scene(file).error().message;
     EXPECT_THAT(message, HasSubstr("models.m.file"));
@@ -212,7 +216,8 @@ TEST(CheckScene, KeepsABoundedNumberOfErrors) {
 }
 
 TEST(CheckScene, ReadsAFileWithoutAWorld) {
-    const auto file = std::filesystem::path(testing::TempDir()) / "two_errors.json";
+    const TemporaryFolder folder;
+    const auto file = folder / "two_errors.json";
     std::ofstream(file) << R"({"camrig_scene": 1, "name": "", "models": {"m": {"file": "gone.glb"}}})";
     const SceneCheck check = check_scene(file);
     ASSERT_EQ(check.errors.size(), 2u);

@@ -18,6 +18,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "tests/temporary_folder.h"
 #include "tests/unit/v4l2_sink/preload/test_rig.h"
 #include "v4l2_sink/preload/device_modes.h"
 #include "v4l2_sink/preload/device_ring.h"
@@ -384,7 +385,7 @@ TEST(DeviceServer, TheTreeShowsWhatDevAndSysWouldShow) {
 TEST(DeviceServer, ATreeThatCannotBeRemovedIsNotWrittenInto) {
     namespace fs = std::filesystem;
     constexpr uid_t nobody = 65534;
-    const fs::path folder = fs::path(testing::TempDir()) / ("prepared_tree_" + std::to_string(::getpid()));
+    const TemporaryFolder folder;
     const fs::path tree = folder / "devices.tree", victim = folder / "victim";
     for (const char* place : {"dev/v4l/by-id", "sys/class/video4linux", "sys/dev/char"}) {
         fs::create_directories(tree / place);
@@ -392,7 +393,7 @@ TEST(DeviceServer, ATreeThatCannotBeRemovedIsNotWrittenInto) {
     }
     std::ofstream(victim) << "precious";
     fs::create_symlink(victim, tree / "dev/video10");
-    fs::permissions(folder, fs::perms(0755));
+    fs::permissions(folder.path(), fs::perms(0755));
     fs::permissions(tree / "dev", fs::perms(0555));
     ASSERT_TRUE(::geteuid() != 0 || ::chown(victim.c_str(), nobody, nobody) == 0);
     const pid_t child = ::fork();
@@ -407,7 +408,6 @@ TEST(DeviceServer, ATreeThatCannotBeRemovedIsNotWrittenInto) {
     EXPECT_EQ(ended, 0);
     EXPECT_EQ(fs::file_size(victim), 8u);
     fs::permissions(tree / "dev", fs::perms(0755));
-    fs::remove_all(folder);
 }
 
 TEST(DeviceServer, WhoBreaksTheProtocolIsThrownOutAndOthersGoOn) {

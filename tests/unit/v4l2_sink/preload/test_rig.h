@@ -16,6 +16,7 @@
 #include "core/base/clock.h"
 #include "core/frame/code_strip.h"
 #include "core/stream/local_frame_bus.h"
+#include "tests/temporary_folder.h"
 #include "v4l2_sink/preload/device_server.h"
 
 namespace camrig::device {
@@ -102,26 +103,6 @@ private:
     const stream::CameraStream camera_;
     const std::shared_ptr<const std::string> name_;
     frame::FramePool pool_;
-};
-
-/// A folder that goes with its owner.
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        std::string pattern = (std::filesystem::temp_directory_path() / "camrig-test-XXXXXX").string();
-        CHECK(::mkdtemp(pattern.data()) != nullptr);
-        path_ = pattern;
-    }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder&) = delete;
-    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-    std::string operator/(const std::string& name) const { return path_ + "/" + name; }
-
-private:
-    std::string path_;
 };
 
 /// A frame bus with one camera ("lobby", number 10) and a device server, driven by the test.
