@@ -23,7 +23,10 @@ void leave_out_false_head(GstPadProbeInfo* info) {
         {reinterpret_cast<const std::byte*>(map.data), static_cast<std::size_t>(map.size)});
     gst_buffer_unmap(encoded, &map);
     if (begin == 0) return;
-    GST_PAD_PROBE_INFO_DATA(info) = gst_buffer_copy_region(encoded, GST_BUFFER_COPY_ALL, begin, static_cast<gsize>(-1));
+    GstBuffer* const rest = gst_buffer_copy_region(encoded, GST_BUFFER_COPY_ALL, begin, static_cast<gsize>(-1));
+    // A region that does not begin where the buffer does is given no times.
+    gst_buffer_copy_into(rest, encoded, GST_BUFFER_COPY_TIMESTAMPS, 0, static_cast<gsize>(-1));
+    GST_PAD_PROBE_INFO_DATA(info) = rest;
     gst_buffer_unref(encoded);
 }
 
