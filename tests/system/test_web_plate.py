@@ -454,6 +454,16 @@ def test_every_control_of_the_page_of_photos_has_a_name_and_enough_contrast(open
     assert len(found["passes"]) > 10
 
 
+def test_a_photo_that_is_told_of_twice_is_taken_once(opened_plate):
+    """A file that was chosen before the page's script ran is found by the script, and its event may come after: what was clicked meanwhile stays."""
+    plate, page = opened_plate, opened_plate.page
+    plate.add_points(CLICKS[0])
+    page.dispatch_event("#photo-file", "change")
+    for _ in range(3):  # as long as it takes to read it again
+        page.evaluate("createImageBitmap(document.getElementById('photo-file').files[0]).then(() => {})")
+    assert page.locator("#points li").count() == 1
+
+
 def test_on_a_phone_the_page_of_photos_needs_no_sideways_scrolling(rig, browser, photo):
     context = browser.new_context(viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True)
     page = context.new_page()

@@ -9,15 +9,17 @@ const empty = { drawing: [], points: [], heights: [], lines: [], shapes: [], gro
 
 export const baseName = (path) => path.split('/').at(-1);
 
+let taken = null;
 const take = () => attempt(async () => {
   const [chosen] = file.files;
-  if (!chosen) return;
+  if (!chosen || chosen === taken) return;
+  taken = chosen;
   const bitmap = await createImageBitmap(chosen).catch(() => { throw new Error(`${chosen.name}: is no picture that this browser reads; give PNG or JPEG`); });
   choice.value = '';
   change({ ...empty, photo: { bitmap, size: [bitmap.width, bitmap.height], file: chosen.name, camera: null } });
 });
 file.addEventListener('change', take);
-take();  // somebody may have been faster than this script
+take();  // somebody may have been faster than this script, and is told of by an event besides
 
 async function list() {
   const { cameras } = await call('camera.list');
