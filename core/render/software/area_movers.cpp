@@ -56,7 +56,7 @@ void show_statics(const RowsOfView& of, std::span<const StaticFragment> fragment
 template <typename Isa>
 CAMRIG_LANES void resolve_movers_body(const RowsOfView& of) {
     MixedPixels& mixed = of.band.mixed;
-    const StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
+    const StaticPixels& statics = statics_of(of);
     const std::uint32_t last_static = of.scratch.statics.end();
     const Rows<std::uint32_t> numbers = of.scratch.numbers.rows();
     ShownParts parts;
@@ -82,12 +82,12 @@ CAMRIG_LANES void resolve_movers_body(const RowsOfView& of) {
                 if (part.surface != static_cast<int>(i)) continue;
                 if (part.triangle != no_triangle) {
                     const SurfacePlace made = add_surface(shown, part.surface, x, y, of.band.places);
-                    mixed.add_place(made.samples, made.place);
+                    mixed.add_place(made.mask, made.plane, made.place);
                 } else if (part.is_behind) {
                     of.scratch.areas.shown_behind.rows()(y)[x] = of.scratch.areas.statics_behind.rows()(y)[x];
-                    mixed.add_behind(count_of(part.mask));
+                    mixed.add_behind(part.mask, part.plane);
                 } else {
-                    mixed.add(count_of(part.mask), part.color);
+                    mixed.add(part.mask, part.plane, part.color);
                 }
             }
             mixed.end();
@@ -101,7 +101,7 @@ CAMRIG_WIDE void resolve_movers_wide(const RowsOfView& of) {
 }  // namespace
 
 void find_movers(const RowsOfView& of) {
-    const StaticPixels& statics = of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
+    const StaticPixels& statics = statics_of(of);
     MarkedPixels& outlines = of.scratch.areas.outlines;
     for (int y = of.rect.y0; y < of.rect.y1; ++y)
         std::copy_n(statics.marked.row(y), statics.marked.words(), outlines.row(y));
@@ -158,7 +158,7 @@ void draw_movers(const RowsOfView& of) {
     mixed.leave_out(of.scratch.numbers.rows());
     for (const PixelRect& rect : of.work.rects) shade(common(rect, of.rect), of.scratch.numbers);
     mixed.mix(band.places, of.work.canvas);
-    finish_rows(of.work, of.scratch, of.rect);
+    finish_rows(of.work, of.scratch, of.rect, &of.band);
 }
 
 }  // namespace camrig::render::software

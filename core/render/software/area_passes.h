@@ -36,6 +36,11 @@ void mark_movers(const RowsOfView& of);
 /// Pass 4: those pixels are resolved; all that is not shaded yet is, and blended.
 void draw_movers(const RowsOfView& of);
 
+/// What stands still, from the layer if that is in the picture.
+inline const StaticPixels& statics_of(const RowsOfView& of) {
+    return of.work.is_in_parts ? of.work.layer->areas.pixels : of.band.statics;
+}
+
 inline glm::vec3 background_of(const ViewWork& work) {
     const glm::vec3 background = work.scene.background();
     return work.canvas.light ? background : glm::clamp(background, 0.0f, 1.0f);
@@ -62,21 +67,23 @@ CAMRIG_LANES std::uint32_t add_place(std::uint32_t triangle, SampleMask mask, in
 
 /// What a surface has of a pixel, and where it is shaded: at the mean of the places of the largest of its triangles.
 struct SurfacePlace {
-    int samples;
+    SampleMask mask;
+    PixelPlane plane;  ///< of that triangle
     std::uint32_t place;
 };
 CAMRIG_LANES SurfacePlace add_surface(std::span<const Shown> shown, int surface, int x, int y, ShadedPlaces& to) {
     const Shown* largest = nullptr;
-    int samples = 0, most = 0;
+    SampleMask mask = 0;
+    int most = 0;
     for (const Shown& part : shown) {
         if (part.surface != surface) continue;
         const int count = count_of(part.mask);
-        samples += count;
+        mask |= part.mask;
         if (largest != nullptr && count <= most) continue;
         largest = &part;
         most = count;
     }
-    return {samples, add_place(largest->triangle, largest->mask, samples, x, y, to)};
+    return {mask, largest->plane, add_place(largest->triangle, largest->mask, count_of(mask), x, y, to)};
 }
 
 /// What the triangles have of the marked pixels, into the band's fragments; no places are shaded there yet.
@@ -104,10 +111,8 @@ inline bool keeps_shadows_apart(const ViewWork& work) {
 
 /// Statics that nothing hides.
 inline void add_statics(std::span<const StaticFragment> fragments, MixedPixels& mixed) {
-    for (const StaticFragment& fragment : fragments) {
-        const int samples = count_of(fragment.mask);
-        if (samples > 0) mixed.add(samples, fragment.color);
-    }
+    for (const StaticFragment& fragment : fragments)
+        if (fragment.mask != 0) mixed.add(fragment.mask, fragment.plane, fragment.color);
     mixed.end();
 }
 

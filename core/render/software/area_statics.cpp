@@ -195,7 +195,7 @@ void draw_statics(const RowsOfView& of) {
     shade_static_fragments(of);
     if (of.work.layer == nullptr) return keep_behind(of);
     draw_static_pixels(of);
-    keep_layer(of.work, of.scratch, of.rect);
+    keep_layer(of.work, of.scratch, of.rect, &of.band);
 }
 
 }  // namespace camrig::render::software

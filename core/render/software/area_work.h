@@ -53,6 +53,37 @@ struct StaticAreas {
     Plane<std::uint32_t> steps;  ///< of depth in every pixel (packed_steps)
 };
 
+/// Pixels of which what is blended covers a part, or lies in front of a part (blended_areas.h).
+struct BlendedPixels {
+    struct Pixel {
+        std::int32_t x = 0, y = 0;
+        std::uint32_t first_part = 0;
+    };
+    struct Part {
+        float share = 0.0f;  ///< of the pixel
+        glm::vec3 color{0.0f};
+    };
+    /// What lies before a part, or before some of it, which is another one from there on.
+    struct Cover {
+        std::uint32_t place = 0, from = 0, to = 0;
+    };
+    MarkedPixels candidates, marked;
+    PixelFragments fragments{false};
+    std::vector<StaticFragment> of_pixel;  ///< the parts of one pixel
+    std::vector<Pixel> pixels;
+    std::vector<Part> parts;
+    std::vector<Cover> covers;  ///< from far to near
+    ShadedPlaces places;
+
+    BlendedPixels() { places.are_blended = true; }
+    void clear() {
+        pixels.clear();
+        parts.clear();
+        covers.clear();
+        places.clear();
+    }
+};
+
 /// Of one band.
 struct AreaBand {
     StaticPixels statics;
@@ -67,6 +98,7 @@ struct AreaBand {
     std::vector<glm::vec3> positions;
     std::vector<std::uint8_t> is_shadowed;
     MixedPixels mixed;
+    BlendedPixels blended;
 };
 
 /// Of one view.

@@ -53,6 +53,19 @@ public:
             for (; left != 0; left &= left - 1) visit(word * word_bits + std::countr_zero(left), y, index++);
         }
     }
+    /// Calls visit(x, y) for those of a row from x0 up to x1, from the left.
+    template <typename Visit>
+    [[gnu::always_inline]] inline void each_between(int y, int x0, int x1, const Visit& visit) const {
+        const std::uint64_t* const marks = row(y);
+        for (int word = x0 / word_bits; word * word_bits < x1; ++word) {
+            std::uint64_t left = marks[word];
+            if (left == 0) continue;
+            const int from = x0 - word * word_bits, till = x1 - word * word_bits;
+            if (from > 0) left &= ~std::uint64_t{0} << from;
+            if (till < word_bits) left &= (std::uint64_t{1} << till) - 1;
+            for (; left != 0; left &= left - 1) visit(word * word_bits + std::countr_zero(left), y);
+        }
+    }
     std::int64_t bytes() const { return static_cast<std::int64_t>(bits_.size()) * 12; }
 
 private:

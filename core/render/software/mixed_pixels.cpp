@@ -44,8 +44,7 @@ void MixedPixels::mix(const ShadedPlaces& places, const Canvas& canvas) const {
         Lanes3 light{};
         for (std::size_t i = first; i < end; ++i) {
             glm::vec3 sum(0.0f);
-            for (const Part& part : parts_of(i))
-                sum += part.share * (part.place < 0 ? part.color : places.colors[static_cast<std::size_t>(part.place)]);
+            for (const Part& part : parts_of(i)) sum += part.share * color_of(part, places);
             if (canvas.light) {
                 canvas.light.red(pixels_[i].y)[pixels_[i].x] = sum.x;
                 canvas.light.green(pixels_[i].y)[pixels_[i].x] = sum.y;

@@ -124,21 +124,6 @@ CAMRIG_LANES Span span_of(const EdgesInPixels& edges, const Setup& s, const Pixe
     return span;
 }
 
-/// Calls visit(x, y) for the marked pixels of a row from x0 up to x1.
-template <typename Visit>
-CAMRIG_LANES void each_marked(const MarkedPixels& marked, int y, int x0, int x1, const Visit& visit) {
-    constexpr int word_bits = MarkedPixels::word_bits;
-    const std::uint64_t* const marks = marked.row(y);
-    for (int word = x0 / word_bits; word * word_bits < x1; ++word) {
-        std::uint64_t left = marks[word];
-        if (left == 0) continue;
-        const int from = x0 - word * word_bits, till = x1 - word * word_bits;
-        if (from > 0) left &= ~std::uint64_t{0} << from;
-        if (till < word_bits) left &= (std::uint64_t{1} << till) - 1;
-        for (; left != 0; left &= left - 1) visit(word * word_bits + std::countr_zero(left), y);
-    }
-}
-
 CAMRIG_LANES bool is_masked(const ViewDraw& draw) {
     return draw.primitive->material->alpha_mode == world::AlphaMode::mask;
 }
@@ -169,7 +154,7 @@ CAMRIG_LANES void find_ray_fragments(const ViewGeometry& geometry, std::uint32_t
     };
     each_touched_part<Isa>(*geometry.rays(), rays, farthest, 0, box,
                            [&](const PixelRect& part) __attribute__((always_inline)) {
-                               for (int y = part.y0; y < part.y1; ++y) each_marked(marked, y, part.x0, part.x1, visit);
+                               for (int y = part.y0; y < part.y1; ++y) marked.each_between(y, part.x0, part.x1, visit);
                            });
 }
 
@@ -238,7 +223,7 @@ CAMRIG_LANES void find_fragments_body(const ViewGeometry& geometry, std::uint32_
                 }
                 span = span_of(*edges, setup, box, y);
             }
-            each_marked(marked, y, span.x0, span.x1, visit);
+            marked.each_between(y, span.x0, span.x1, visit);
         }
     }
 }

@@ -25,6 +25,8 @@ struct Fragment {
 /// left out.
 class PixelFragments {
 public:
+    /// hides: what lies in front is opaque.
+    explicit PixelFragments(bool hides = true) : hides_(hides) {}
     void clear(std::uint32_t pixels) {
         lists_.assign(pixels, {});
         fragments_.clear();
@@ -58,6 +60,7 @@ public:
         List& list = lists_[pixel];
         (list.last == 0 ? list.first : fragments_[list.last - 1].next) = number;
         list.last = number;
+        if (!hides_) return;
         const float farthest = plane.z - reach;
         list.covered_before = list.covered == 0 ? farthest : std::min(list.covered_before, farthest);
         list.covered |= mask;
@@ -81,6 +84,7 @@ private:
         float covered_before = 0.0f;  ///< at least so deep is what covers the places of `covered`
         SampleMask covered = 0;
     };
+    bool hides_;
     std::vector<List> lists_;
     std::vector<Fragment> fragments_;
 };

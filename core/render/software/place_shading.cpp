@@ -33,10 +33,16 @@ CAMRIG_LANES void shade_places_body(const ViewGeometry& geometry, ShadedPlaces& 
                                 ? at.point_rays(0, 0).at
                                 : Lanes3{narrowed((x * pixels + -k.cx) * (1.0 / k.fx)),
                                          narrowed((y * pixels + -k.cy) * (1.0 / k.fy)), lanes(1.0f)};
-        const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, at, 0, 0), rays, has_movers);
+        Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, at, 0, 0), rays, has_movers);
+        if (of.are_blended) {
+            const Lanes alpha = clamp01(color.a);
+            color.rgb = color.rgb * alpha;
+            color.tint = color.tint * (1.0f - alpha);
+        }
         for (std::uint32_t i = first; i < end; ++i) {
             const auto lane = static_cast<int>(i - first);
             of.colors[of.order[i]] = {color.rgb.x[lane], color.rgb.y[lane], color.rgb.z[lane]};
+            if (of.are_blended) of.through[of.order[i]] = {color.tint.x[lane], color.tint.y[lane], color.tint.z[lane]};
         }
     }
 }
@@ -56,6 +62,7 @@ void shade_places(const ViewGeometry& geometry, ShadedPlaces& of, bool has_mover
     of.order.resize(of.places.size());
     for (std::uint32_t i = 0; i < of.places.size(); ++i) of.order[of.first_of_draw[draw_of(of.places[i]) + 1]++] = i;
     of.colors.resize(of.places.size());
+    if (of.are_blended) of.through.resize(of.places.size());
     if (geometry.wide_lanes()) return shade_places_wide(geometry, of, has_movers);
     shade_places_body<PlainIsa>(geometry, of, has_movers);
 }

@@ -19,8 +19,10 @@ struct ShadedPlace {
 
 /// Points to shade, and their colours. Those of one draw are shaded together, eight at a time.
 struct ShadedPlaces {
+    bool are_blended = false;  ///< of surfaces that let through what lies behind
     std::vector<ShadedPlace> places;
-    std::vector<glm::vec3> colors;  ///< linear light
+    std::vector<glm::vec3> colors;   ///< linear light; of what is blended its own, to be added to what comes through
+    std::vector<glm::vec3> through;  ///< of what is blended: how much of the light behind
     std::vector<std::uint32_t> order, first_of_draw;
 
     void clear() { places.clear(); }

@@ -9,6 +9,7 @@
 #include "core/base/cpu_features.h"
 #include "core/frame/srgb.h"
 #include "core/render/software/coverage.h"
+#include "core/render/software/marked_pixels.h"
 #include "core/render/software/shading.h"
 #include "core/render/software/surface_point.h"
 
@@ -193,10 +194,16 @@ CAMRIG_LANES void shade_visible_body(const ViewGeometry& geometry, const PixelRe
         if (pixels.count != 0) shade_waiting(pixels);
 }
 
+/// Of a group of pixels of a row, those that are not set.
+CAMRIG_LANES IntLanes are_unset(const MarkedPixels& marked, int x, int y) {
+    const std::uint64_t bits = marked.row(y)[x / MarkedPixels::word_bits] >> (x % MarkedPixels::word_bits);
+    return (((IntLanes{} + static_cast<std::int32_t>(bits & 0xFF)) >> int_lane_numbers()) & 1) - 1;
+}
+
 template <typename Isa>
 CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
                              const PixelRect& rect, const Canvas& canvas, const std::array<float, 256>& linear,
-                             bool has_movers) {
+                             bool has_movers, const MarkedPixels* except) {
     const Rows<float> depths = canvas.depth;
     const Rows<std::uint32_t> colors = canvas.color;
     for (std::uint32_t i = first; i < first + count; ++i) {
@@ -207,6 +214,7 @@ CAMRIG_LANES void blend_body(const ViewGeometry& geometry, std::uint32_t first, 
         const Setup s = set_up(geometry, i);
         rasterize<Isa>(geometry, s, seen, [&](int x, int y, IntLanes mask, Lanes depth) __attribute__((always_inline)) {
             mask &= depth > *reinterpret_cast<const Lanes*>(depths(y) + x);
+            if (except != nullptr) mask &= are_unset(*except, x, y);
             if (Isa::bits(mask) == 0) return;
             const OneTriangle one(geometry, draw, triangle, s);
             const Rgba color = shade<Isa>(geometry, draw, points_of(geometry, draw, one, x, y),
@@ -235,8 +243,8 @@ CAMRIG_WIDE void shade_visible_wide(const ViewGeometry& geometry, const PixelRec
     shade_visible_body<Avx2Isa>(geometry, rect, canvas, numbers, has_movers);
 }
 CAMRIG_WIDE void blend_wide(const ViewGeometry& geometry, std::uint32_t first, std::uint32_t count,
-                            const PixelRect& rect, const Canvas& canvas, bool has_movers) {
-    blend_body<Avx2Isa>(geometry, first, count, rect, canvas, linear_of_code(), has_movers);
+                            const PixelRect& rect, const Canvas& canvas, bool has_movers, const MarkedPixels* except) {
+    blend_body<Avx2Isa>(geometry, first, count, rect, canvas, linear_of_code(), has_movers, except);
 }
 
 }  // namespace
@@ -258,9 +266,9 @@ void shade_visible(const ViewGeometry& geometry, const PixelRect& rect, const Ca
 }
 
 void blend(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count, const PixelRect& rect,
-           const Canvas& canvas, bool has_movers) {
-    if (geometry.wide_lanes()) return blend_wide(geometry, first_triangle, count, rect, canvas, has_movers);
-    blend_body<PlainIsa>(geometry, first_triangle, count, rect, canvas, linear_of_code(), has_movers);
+           const Canvas& canvas, bool has_movers, const MarkedPixels* except) {
+    if (geometry.wide_lanes()) return blend_wide(geometry, first_triangle, count, rect, canvas, has_movers, except);
+    blend_body<PlainIsa>(geometry, first_triangle, count, rect, canvas, linear_of_code(), has_movers, except);
 }
 
 const std::array<float, 256>& linear_of_code() {

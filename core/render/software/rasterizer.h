@@ -10,6 +10,8 @@
 /// pixel alone, so a part of a picture has the same bytes as the whole.
 namespace camrig::render::software {
 
+class MarkedPixels;
+
 /// Which triangle of ViewGeometry shows in each pixel, from 1; 0: none of this view. All 0 between views.
 using TriangleNumbers = Plane<std::uint32_t>;
 
@@ -23,9 +25,10 @@ void find_visible(const ViewGeometry& geometry, std::uint32_t first_triangle, st
 void shade_visible(const ViewGeometry& geometry, const PixelRect& rect, const Canvas& canvas,
                    const TriangleNumbers& numbers, bool has_movers = true);
 
-/// Blends the triangles of a draw over what is there, in linear light, where nothing is in front of them.
+/// Blends the triangles of a draw over what is there, in linear light, where nothing is in front of them. except: null,
+/// or the pixels that are left as they are.
 void blend(const ViewGeometry& geometry, std::uint32_t first_triangle, std::uint32_t count, const PixelRect& rect,
-           const Canvas& canvas, bool has_movers = true);
+           const Canvas& canvas, bool has_movers = true, const MarkedPixels* except = nullptr);
 
 /// Whether this CPU has instructions for all lanes at once; without them the same bytes take longer.
 bool has_wide_lanes();

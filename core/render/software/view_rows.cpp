@@ -1,6 +1,7 @@
 #include "core/render/software/view_rows.h"
 
 #include "core/render/software/area_rows.h"
+#include "core/render/software/blended_areas.h"
 #include "core/render/software/catchers.h"
 #include "core/render/software/channels.h"
 #include "core/render/software/matched_actors.h"
@@ -92,8 +93,11 @@ void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork&
     }
 }
 
-void draw_blended(const ViewScratch& scratch, std::span<const ViewDraw> draws, const ViewWork& work,
-                  const PixelRect& band, bool has_movers) {
+void draw_blended(ViewScratch& scratch, std::span<const ViewDraw> draws, ViewWork& work, const PixelRect& band,
+                  bool has_movers, AreaBand* areas) {
+    // Parts of a pixel that show a film do not know its picture of now: over such, pixels are whole.
+    if (areas != nullptr && !work.has_film())
+        return blend_areas({work, scratch, *areas, band}, draws, has_movers);
     for (const PixelRect& rect : work.rects) {
         for (const ViewDraw& draw : draws)
             blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band), work.canvas,
@@ -185,7 +189,7 @@ void draw_background(ViewWork& work, const PixelRect& rect) {
                 rect);
 }
 
-void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
+void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band, AreaBand* areas) {
     const Canvas& canvas = work.canvas;
     const StaticLayer& layer = *work.layer;
     copy_picture(canvas, layer.picture.canvas(), band);
@@ -193,13 +197,13 @@ void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
     keep_channels(work, band);
     if (work.has_film()) set_alpha(canvas.color, band, true);
     if (!layer.finished) return;
-    draw_blended(scratch, scratch.blended_statics, work, band, false);
+    draw_blended(scratch, scratch.blended_statics, work, band, false, areas);
     copy_picture(canvas, layer.finished.canvas(), band);
     copy_picture(layer.picture.canvas(), canvas, band);
 }
 
-void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band) {
-    draw_blended(scratch, scratch.blended, work, band, true);
+void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band, AreaBand* areas) {
+    draw_blended(scratch, scratch.blended, work, band, true, areas);
     // Of a moment surfaces are found beside its rectangles too, and shaded in them alone.
     if (work.is_moment) fill(scratch.numbers.rows(), band, 0u);
     if (work.is_in_frame || work.canvas.light) return;

@@ -27,8 +27,8 @@ void cover_blind(const scene::SceneView& view, const Canvas& canvas, const Pixel
 void put_back(ViewWork& work, const PixelRect& band);
 void draw_background(ViewWork& work, const PixelRect& band);
 /// The opaque statics are drawn: keeps them, and what is blended over them.
-void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
-/// All that is opaque is drawn: the rest.
-void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band);
+void keep_layer(ViewWork& work, ViewScratch& scratch, const PixelRect& band, AreaBand* areas = nullptr);
+/// All that is opaque is drawn: the rest. areas, here and above: of the band, where pixels show areas.
+void finish_rows(ViewWork& work, ViewScratch& scratch, const PixelRect& band, AreaBand* areas = nullptr);
 
 }  // namespace camrig::render::software
