@@ -96,8 +96,7 @@ void draw_opaque(ViewScratch& scratch, const TriangleRange& triangles, ViewWork&
 void draw_blended(ViewScratch& scratch, std::span<const ViewDraw> draws, ViewWork& work, const PixelRect& band,
                   bool has_movers, AreaBand* areas) {
     // Parts of a pixel that show a film do not know its picture of now: over such, pixels are whole.
-    if (areas != nullptr && !work.has_film())
-        return blend_areas({work, scratch, *areas, band}, draws, has_movers);
+    if (areas != nullptr && !work.has_film()) return blend_areas({work, scratch, *areas, band}, draws, has_movers);
     for (const PixelRect& rect : work.rects) {
         for (const ViewDraw& draw : draws)
             blend(scratch.geometry, draw.first_triangle, draw.triangle_count, common(rect, band), work.canvas,
