@@ -337,6 +337,35 @@ TEST(Areas, OfWhatIsBlendedAreThoseThatManyRaysSee) {
     EXPECT_LT(worst, 0.06);
 }
 
+TEST(Areas, OfMoreLayersThanAPixelTakesAreThoseOfItsMiddle) {
+    // An edge of panes goes through the middle columns of pixels, a third of each.
+    const auto picture_of = [&](int layers) {
+        TestWorld world;
+        for (int i = 0; i < layers; ++i) {
+            world::Material material = pane_of({1, 1, 1});
+            material.base_color.a = 0.1f;
+            const float x = 3.0f - 0.01f * static_cast<float>(i);
+            // Its right side is seen at 15.5 + 1/3.
+            world.objects.push_back(instance_of(model_of(triangles({{x, -x / 96.0f, -9},
+                                                                    {x, 9, -9},
+                                                                    {x, 9, 9},
+                                                                    {x, -x / 96.0f, -9},
+                                                                    {x, 9, 9},
+                                                                    {x, -x / 96.0f, 9}}),
+                                                         material),
+                                                {}, static_cast<std::uint32_t>(i + 1)));
+        }
+        return drawn(world, {.size = {32, 24}, .focal_px = 32.0, .antialias = world::Antialias::coverage});
+    };
+    for (const int layers : {1, 2, 16, 17, 40}) {
+        const Picture picture = picture_of(layers);
+        const double all = 1.0 - std::pow(0.9, layers), share = layers <= 16 ? 1.0 / 3.0 : 0.0;
+        EXPECT_NEAR(linear_of(picture.red(14, 12)), all, 0.03) << layers;
+        EXPECT_NEAR(linear_of(picture.red(16, 12)), share * all, 0.02) << layers;
+        EXPECT_EQ(picture.red(17, 12), 0) << layers;
+    }
+}
+
 TEST(Areas, OfWhatStandsStillShowBeforeAMoverAndNotBehindIt) {
     // A wire, 0.3 of a pixel wide, that the middle of no pixel lies on.
     constexpr double focal = 32.0, middle_px = 15.5, left_px = 8.1, right_px = 8.4;

@@ -120,6 +120,8 @@ CAMRIG_LANES void find_covered_body(const RowsOfView& of) {
     OpaqueParts opaque(of);
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         blended.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) __attribute__((always_inline)) {
+            // So many layers are blended over the whole pixel.
+            if (blended.fragments.is_full(pixel)) return blended.marked.unset(x, y);
             const bool is_whole = opaque.at(x, y, parts);
             const auto first_part = static_cast<std::uint32_t>(blended.parts.size());
             const std::size_t first_cover = blended.covers.size();

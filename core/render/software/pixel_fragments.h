@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <compare>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/render/software/geometry.h"
@@ -25,10 +26,12 @@ struct Fragment {
 /// left out.
 class PixelFragments {
 public:
-    /// hides: what lies in front is opaque.
+    /// hides: what lies in front is opaque. If not, a pixel takes most_layers fragments and is full with one more.
     explicit PixelFragments(bool hides = true) : hides_(hides) {}
+    static constexpr int most_layers = 16;
     void clear(std::uint32_t pixels) {
         lists_.assign(pixels, {});
+        if (!hides_) layers_.assign(pixels, 0);
         fragments_.clear();
     }
     /// Calls visit(fragment) for those of a marked pixel.
@@ -38,6 +41,7 @@ public:
     }
     [[gnu::always_inline]] inline bool has(std::uint32_t pixel) const { return lists_[pixel].first != 0; }
 
+    bool is_full(std::uint32_t pixel) const { return layers_[pixel] > most_layers; }
     /// Whether nothing hides so much depth in the whole pixel.
     [[gnu::always_inline]] inline bool may_show(std::uint32_t pixel, float nearest) const {
         return nearest >= lists_[pixel].hidden_below;
@@ -60,7 +64,11 @@ public:
         List& list = lists_[pixel];
         (list.last == 0 ? list.first : fragments_[list.last - 1].next) = number;
         list.last = number;
-        if (!hides_) return;
+        if (!hides_) {
+            // Nothing more may show.
+            if (++layers_[pixel] > most_layers) list.hidden_below = std::numeric_limits<float>::infinity();
+            return;
+        }
         const float farthest = plane.z - reach;
         list.covered_before = list.covered == 0 ? farthest : std::min(list.covered_before, farthest);
         list.covered |= mask;
@@ -85,6 +93,7 @@ private:
         SampleMask covered = 0;
     };
     bool hides_;
+    std::vector<std::uint8_t> layers_;  ///< how many fragments each pixel has, if they hide nothing
     std::vector<List> lists_;
     std::vector<Fragment> fragments_;
 };
