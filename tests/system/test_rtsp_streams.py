@@ -42,8 +42,9 @@ def test_the_sub_stream_is_smaller_and_slower_and_its_pictures_are_those_of_the_
         assert main[sequence].times == small[sequence].times
         assert abs(main[sequence].realtime_ns - small[sequence].realtime_ns) <= 1, "the reports of both streams name one time"
     steps = [b - a for a, b in itertools.pairwise(sorted(small))][5:]
-    assert all(step % 2 == 0 for step in steps), "every second frame"
-    assert sum(step // 2 - 1 for step in steps) <= lost, (steps, lost)
+    # Every second frame. Where that was lost the next one is taken, and the one after it is the usual one again: two odd steps.
+    assert sum(step % 2 for step in steps) <= 2 * lost, (steps, lost)
+    assert sum(max(step // 2 - 1, 0) for step in steps) <= lost, (steps, lost)
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
