@@ -67,7 +67,7 @@ struct BlendedPixels {
     struct Cover {
         std::uint32_t place = 0, from = 0, to = 0;
     };
-    MarkedPixels candidates, marked;
+    MarkedPixels marked;
     PixelFragments fragments{false};
     std::vector<StaticFragment> of_pixel;  ///< the parts of one pixel
     std::vector<Pixel> pixels;

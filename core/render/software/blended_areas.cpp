@@ -3,10 +3,6 @@
 namespace camrig::render::software {
 namespace {
 
-bool is_in(const PixelRect& rect, int x, int y) {
-    return x >= rect.x0 && x < rect.x1 && y >= rect.y0 && y < rect.y1;
-}
-
 /// What of the pixels of a band is opaque, asked for from left to right and top to bottom.
 class OpaqueParts {
 public:
@@ -88,10 +84,7 @@ void mark_parts(const RowsOfView& of, std::span<const ViewDraw> draws, MarkedPix
             });
         }
     }
-    for (const MixedPixels::Pixel& pixel : of.band.mixed.pixels()) {
-        const auto has = [&](const PixelRect& rect) { return is_in(rect, pixel.x, pixel.y); };
-        if (std::ranges::any_of(of.work.rects, has)) to.set(pixel.x, pixel.y);
-    }
+    for (const MixedPixels::Pixel& pixel : of.band.mixed.pixels()) to.set(pixel.x, pixel.y);
     unmark_blind(of, to);
     to.number();
 }
@@ -100,12 +93,12 @@ void mark_parts(const RowsOfView& of, std::span<const ViewDraw> draws, MarkedPix
 void find_blended(const RowsOfView& of, std::span<const ViewDraw> draws) {
     BlendedPixels& blended = of.band.blended;
     blended.clear();
-    mark_parts(of, draws, blended.candidates);
-    find_fragments_of(of, draws, false, blended.candidates, blended.fragments);
-    blended.marked.clear(of.work.whole.width(), of.rect.y0, of.rect.y1);
+    mark_parts(of, draws, blended.marked);
+    find_fragments_of(of, draws, false, blended.marked, blended.fragments);
+    if (std::ranges::none_of(draws, is_soft)) return;
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
-        blended.candidates.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
-            if (blended.fragments.has(pixel)) blended.marked.set(x, y);
+        blended.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) {
+            if (!blended.fragments.has(pixel)) blended.marked.unset(x, y);
         });
     }
     blended.marked.number();
@@ -120,7 +113,8 @@ CAMRIG_LANES void find_covered_body(const RowsOfView& of) {
     OpaqueParts opaque(of);
     for (int y = of.rect.y0; y < of.rect.y1; ++y) {
         blended.marked.each_of_row(y, [&](int x, int, std::uint32_t pixel) __attribute__((always_inline)) {
-            // So many layers are blended over the whole pixel.
+            if (!blended.fragments.has(pixel)) return;
+            // So much is blended over the whole pixel.
             if (blended.fragments.is_full(pixel)) return blended.marked.unset(x, y);
             const bool is_whole = opaque.at(x, y, parts);
             const auto first_part = static_cast<std::uint32_t>(blended.parts.size());

@@ -26,12 +26,12 @@ struct Fragment {
 /// left out.
 class PixelFragments {
 public:
-    /// hides: what lies in front is opaque. If not, a pixel takes most_layers fragments and is full with one more.
+    /// hides: what lies in front is opaque. If not, a pixel takes most_fragments and is full with one more.
     explicit PixelFragments(bool hides = true) : hides_(hides) {}
-    static constexpr int most_layers = 16;
+    static constexpr int most_fragments = 128;
     void clear(std::uint32_t pixels) {
         lists_.assign(pixels, {});
-        if (!hides_) layers_.assign(pixels, 0);
+        if (!hides_) counts_.assign(pixels, 0);
         fragments_.clear();
     }
     /// Calls visit(fragment) for those of a marked pixel.
@@ -41,7 +41,7 @@ public:
     }
     [[gnu::always_inline]] inline bool has(std::uint32_t pixel) const { return lists_[pixel].first != 0; }
 
-    bool is_full(std::uint32_t pixel) const { return layers_[pixel] > most_layers; }
+    bool is_full(std::uint32_t pixel) const { return counts_[pixel] > most_fragments; }
     /// Whether nothing hides so much depth in the whole pixel.
     [[gnu::always_inline]] inline bool may_show(std::uint32_t pixel, float nearest) const {
         return nearest >= lists_[pixel].hidden_below;
@@ -66,7 +66,7 @@ public:
         list.last = number;
         if (!hides_) {
             // Nothing more may show.
-            if (++layers_[pixel] > most_layers) list.hidden_below = std::numeric_limits<float>::infinity();
+            if (++counts_[pixel] > most_fragments) list.hidden_below = std::numeric_limits<float>::infinity();
             return;
         }
         const float farthest = plane.z - reach;
@@ -93,7 +93,7 @@ private:
         SampleMask covered = 0;
     };
     bool hides_;
-    std::vector<std::uint8_t> layers_;  ///< how many fragments each pixel has, if they hide nothing
+    std::vector<std::uint8_t> counts_;  ///< how many fragments each pixel has, if they hide nothing
     std::vector<List> lists_;
     std::vector<Fragment> fragments_;
 };
