@@ -187,6 +187,12 @@ double distance_along(glm::dvec3 direction, const glm::vec3* corners) {
     return u >= 0.0 && v >= 0.0 && u + v <= 1.0 ? along : 0.0;
 }
 
+/// One of side * side rays spread over a pixel of the test camera.
+glm::dvec3 ray_in_pixel(ImageSize size, double focal, int x, int y, int ray, int side) {
+    const double u = x + (ray % side + 0.5) / side - 0.5, v = y + (ray / side + 0.5) / side - 0.5;
+    return {1.0, -(u - 0.5 * (size.width - 1)) / focal, -(v - 0.5 * (size.height - 1)) / focal};
+}
+
 TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
     // Some cross the eye's plane, are slivers, cut each other or are seen from their edges.
     constexpr ImageSize size{40, 30};
@@ -224,9 +230,7 @@ TEST(Areas, OfTrianglesOfAnyKindAreThoseThatManyRaysSee) {
             for (int x = 0; x < size.width; ++x) {
                 double seen = 0.0;
                 for (int ray = 0; ray < side * side; ++ray) {
-                    const double u = x + (ray % side + 0.5) / side - 0.5, v = y + (ray / side + 0.5) / side - 0.5;
-                    const glm::dvec3 direction(1.0, -(u - 0.5 * (size.width - 1)) / focal,
-                                               -(v - 0.5 * (size.height - 1)) / focal);
+                    const glm::dvec3 direction = ray_in_pixel(size, focal, x, y, ray, side);
                     double nearest = std::numeric_limits<double>::infinity();
                     std::size_t shown = 0;
                     for (std::size_t i = 0; i < corners.size(); i += 3) {
@@ -309,9 +313,7 @@ TEST(Areas, OfWhatIsBlendedAreThoseThatManyRaysSee) {
             for (int x = 0; x < size.width; ++x) {
                 double seen = 0.0;
                 for (int ray = 0; ray < side * side; ++ray) {
-                    const double u = x + (ray % side + 0.5) / side - 0.5, v = y + (ray / side + 0.5) / side - 0.5;
-                    const glm::dvec3 direction(1.0, -(u - 0.5 * (size.width - 1)) / focal,
-                                               -(v - 0.5 * (size.height - 1)) / focal);
+                    const glm::dvec3 direction = ray_in_pixel(size, focal, x, y, ray, side);
                     std::vector<std::pair<double, const Shape*>> met;
                     for (const Shape& shape : shapes) {
                         const double along = distance_along(direction, shape.corners.data());
