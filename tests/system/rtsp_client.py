@@ -99,8 +99,8 @@ def stop(*readers):
         reader.close()
 
 
-#: The RTSP server sends its last picture again when nothing new came for a second (picture_stamps.cpp).
-HELD_UP_S = 0.9
+#: The RTSP server sends its last picture again to who joins half a second after it, and when nothing new came for a second (picture_stamps.cpp).
+HELD_UP_S = 0.45
 
 
 def longest_hold(moments) -> float:
