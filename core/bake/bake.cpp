@@ -6,7 +6,6 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <glm/gtc/packing.hpp>
 
 #include "core/bake/light_map.h"
 #include "core/bake/ray_scene.h"
@@ -15,6 +14,7 @@
 #include "core/bake/unwrap.h"
 #include "core/base/digest.h"
 #include "core/world/baked/baked_light_header.h"
+#include "core/world/baked/shared_exponent.h"
 #include "core/world/world.h"
 
 namespace camrig::bake {
@@ -184,7 +184,7 @@ std::vector<std::uint32_t> packed_texels(const LightMap& map, const std::vector<
     std::uint32_t last = 0;
     for (std::size_t i = 0; i < made.size(); ++i) {
         const std::int32_t texel = map.texel_of_index()[i];
-        if (texel >= 0) last = glm::packF3x9_E1x5(light[static_cast<std::size_t>(texel)]);
+        if (texel >= 0) last = world::packed_light(light[static_cast<std::size_t>(texel)]);
         made[i] = last;
     }
     return made;
@@ -192,7 +192,7 @@ std::vector<std::uint32_t> packed_texels(const LightMap& map, const std::vector<
 
 std::vector<std::uint32_t> packed(const std::vector<glm::vec3>& light) {
     std::vector<std::uint32_t> made;
-    for (const glm::vec3& value : light) made.push_back(glm::packF3x9_E1x5(value));
+    for (const glm::vec3& value : light) made.push_back(world::packed_light(value));
     return made;
 }
 

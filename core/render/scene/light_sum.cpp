@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <glm/gtc/packing.hpp>
+#include "core/world/baked/shared_exponent.h"
 
 namespace camrig::render::scene {
 
@@ -40,7 +40,7 @@ LightMapSum sum_map(const world::BakedLight& light, const std::vector<glm::vec3>
     for (std::size_t layer = 0; layer < light.layers.size(); ++layer) {
         if (weights[layer] == glm::vec3(0.0f)) continue;
         const std::uint32_t* const texels = light.layers[layer].texels.data();
-        for (std::size_t i = 0; i < count; ++i) sums[i] += glm::unpackF3x9_E1x5(texels[i]) * weights[layer];
+        for (std::size_t i = 0; i < count; ++i) sums[i] += world::unpacked_light(texels[i]) * weights[layer];
     }
     // Beside a bright lamp all else would have few codes: what is over 64 times the mean is cut there.
     glm::dvec3 total(0.0);

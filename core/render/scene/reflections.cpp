@@ -1,6 +1,6 @@
 #include "core/render/scene/reflections.h"
 
-#include <glm/gtc/packing.hpp>
+#include "core/world/baked/shared_exponent.h"
 
 namespace camrig::render::scene {
 namespace {
@@ -40,8 +40,8 @@ ReflectionMaps sum_reflections(const world::BakedLight& light, const std::vector
                 [&](std::size_t texel) {
                     glm::vec3 sum(0.0f);
                     for (std::size_t layer = 0; layer < weights.size(); ++layer)
-                        sum += glm::unpackF3x9_E1x5(light.layers[layer].reflections[first + texel]) * weights[layer];
-                    return glm::packF3x9_E1x5(sum);
+                        sum += world::unpacked_light(light.layers[layer].reflections[first + texel]) * weights[layer];
+                    return world::packed_light(sum);
                 },
                 made.texels);
             first += static_cast<std::size_t>(level.side * level.side);

@@ -31,7 +31,7 @@ struct ReflectionMaps {
         return starts;
     }();
 
-    std::vector<std::uint32_t> texels;  ///< as glm::packF3x9_E1x5
+    std::vector<std::uint32_t> texels;  ///< as world::packed_light()
     std::vector<float> nearness;        ///< world::nearness_of(), by squares of world::nearness_side
 };
 

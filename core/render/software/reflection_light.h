@@ -28,7 +28,7 @@ CAMRIG_LANES SquarePlace square_place(const Lanes3& direction, Lanes sides) {
     return {truncated(upper) * (truncated(sides) + 2) + truncated(left), column - left, row - upper};
 }
 
-/// glm::unpackF3x9_E1x5().
+/// world::unpacked_light().
 CAMRIG_LANES Lanes3 unpacked(IntLanes words) {
     const Lanes scale = reinterpret_cast<Lanes>((((words >> 27) & 31) + (127 - 24)) << 23);
     const auto channel = [&](int shift) __attribute__((always_inline)) {

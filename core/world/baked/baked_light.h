@@ -53,7 +53,7 @@ struct LightProbe {
 struct LightLayer {
     LightSource source = LightSource::sky;
     std::vector<std::size_t> lamps;     ///< of LightSource::lamp: into Scene::lights, alike in colour and strength
-    std::vector<std::uint32_t> texels;  ///< of the map, top row first, as glm::packF3x9_E1x5
+    std::vector<std::uint32_t> texels;  ///< of the map, top row first, as packed_light()
     std::vector<LightProbe> probes;     ///< of the grid, x fastest
     /// What reflection probes see of it, as radiance in units of shading: probe after probe, reflection_levels, rows;
     /// packed as texels.

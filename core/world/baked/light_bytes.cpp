@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include <glm/glm.hpp>
-#include <glm/gtc/packing.hpp>
 
 #include "core/base/portable_math.h"
+#include "core/world/baked/shared_exponent.h"
 
 namespace camrig::world {
 namespace {
@@ -22,15 +22,16 @@ std::uint16_t code_of(float value) {
         (portable::log(static_cast<double>(value)) / std::numbers::ln2 - least_doubling) * steps_of_doubling + 1.0;
     return static_cast<std::uint16_t>(std::clamp(std::lround(at), 0l, long{last_code}));
 }
-float value_of(int code) {
-    static const std::vector<float> values = [] {
-        std::vector<float> made{0.0f};
+using Values = std::array<float, last_code + 1>;
+const Values& values_of_codes() {
+    static const Values values = [] {
+        Values made{};
         for (int at = 1; at <= last_code; ++at)
-            made.push_back(static_cast<float>(
-                portable::exp(((at - 1.0) / steps_of_doubling + least_doubling) * std::numbers::ln2)));
+            made[static_cast<std::size_t>(at)] = static_cast<float>(
+                portable::exp(((at - 1.0) / steps_of_doubling + least_doubling) * std::numbers::ln2));
         return made;
     }();
-    return values[static_cast<std::size_t>(std::clamp(code, 0, last_code))];
+    return values;
 }
 
 /// The numbers that a color is kept as: green, and red and blue from there.
@@ -41,7 +42,8 @@ void put_color(const glm::vec3& color, std::array<int, Count>& numbers) {
     numbers[2] = code_of(color.b) - numbers[0];
 }
 template <std::size_t Count>
-glm::vec3 color_of(const std::array<int, Count>& numbers) {
+glm::vec3 color_of(const std::array<int, Count>& numbers, const Values& values) {
+    const auto value_of = [&](int code) { return values[static_cast<std::size_t>(std::clamp(code, 0, last_code))]; };
     return {value_of(numbers[0] + numbers[1]), value_of(numbers[0]), value_of(numbers[0] + numbers[2])};
 }
 
@@ -102,16 +104,17 @@ void each_difference(Probe& probe, const Visit& visit) {
 std::vector<std::byte> pack_light_texels(std::span<const std::uint32_t> texels) {
     return pack<numbers_of_texel>(texels.size(), [&](std::size_t i) {
         Numbers<numbers_of_texel> numbers;
-        put_color(glm::unpackF3x9_E1x5(texels[i]), numbers);
+        put_color(unpacked_light(texels[i]), numbers);
         return numbers;
     });
 }
 
 std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes) {
+    const Values& values = values_of_codes();
     std::vector<std::uint32_t> texels;
     texels.reserve(bytes.size() / bytes_of_light_texel);
     unpack<numbers_of_texel>(bytes,
-                             [&](const auto& numbers) { texels.push_back(glm::packF3x9_E1x5(color_of(numbers))); });
+                             [&](const auto& numbers) { texels.push_back(packed_light(color_of(numbers, values))); });
     return texels;
 }
 
@@ -120,7 +123,7 @@ std::vector<std::byte> pack_light_probes(std::span<const LightProbe> probes) {
         Numbers<numbers_of_probe> numbers{};
         const LightProbe& probe = probes[i];
         put_color(probe.mean, numbers);
-        const glm::vec3 kept = color_of(numbers);
+        const glm::vec3 kept = color_of(numbers, values_of_codes());
         each_difference(probe, [&](std::size_t number, glm::length_t c, float value) {
             if (!(kept[c] > 0.0f)) return;
             const float share = std::clamp(value / probe.mean[c], -most_of_mean, most_of_mean);
@@ -131,11 +134,12 @@ std::vector<std::byte> pack_light_probes(std::span<const LightProbe> probes) {
 }
 
 std::vector<LightProbe> unpack_light_probes(std::span<const std::byte> bytes) {
+    const Values& values = values_of_codes();
     std::vector<LightProbe> probes;
     probes.reserve(bytes.size() / bytes_of_light_probe);
     unpack<numbers_of_probe>(bytes, [&](const auto& numbers) {
         LightProbe& probe = probes.emplace_back();
-        probe.mean = color_of(numbers);
+        probe.mean = color_of(numbers, values);
         each_difference(probe, [&](std::size_t number, glm::length_t c, float& value) {
             const auto steps = static_cast<float>(numbers[number]);
             value = probe.mean[c] * std::clamp(steps / steps_of_mean, -most_of_mean, most_of_mean);

@@ -13,7 +13,7 @@ namespace camrig::world {
 
 inline constexpr std::size_t bytes_of_light_texel = 6, bytes_of_light_probe = 54;
 
-/// texels: as glm::packF3x9_E1x5.
+/// texels: as packed_light().
 std::vector<std::byte> pack_light_texels(std::span<const std::uint32_t> texels);
 std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes);
 

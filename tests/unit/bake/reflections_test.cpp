@@ -6,12 +6,12 @@
 #include <numbers>
 #include <random>
 
-#include <glm/gtc/packing.hpp>
 #include <gtest/gtest.h>
 
 #include "core/render/scene/light_sum.h"
 #include "core/render/software/reflection_light.h"
 #include "core/world/baked/baked_light_header.h"
+#include "core/world/baked/shared_exponent.h"
 #include "core/world/world.h"
 #include "tests/unit/bake/scenes.h"
 
@@ -66,7 +66,7 @@ TEST(ReflectionMaps, GoOnOverTheEdgesOfTheirSquares) {
     for (const world::ReflectionLevel& level : world::reflection_levels)
         for (int y = 0; y < level.side; ++y)
             for (int x = 0; x < level.side; ++x)
-                layer.reflections.push_back(glm::packF3x9_E1x5(value(world::octahedral_direction(
+                layer.reflections.push_back(world::packed_light(value(world::octahedral_direction(
                     (glm::vec2(x, y) + 0.5f) * (2.0f / static_cast<float>(level.side)) - 1.0f))));
     const ReflectionMaps maps = render::scene::sum_reflections(light, {glm::vec3(2.0f)});
     ASSERT_EQ(maps.texels.size(), static_cast<std::size_t>(ReflectionMaps::level_starts.back()));
@@ -185,7 +185,7 @@ TEST(Reflections, RougherSurfacesSpreadThem) {
         float peak = 0.0f;
         double sum = 0.0, angles = 0.0;
         for (std::size_t i = 0; i < count; ++i) {
-            const float value = glm::unpackF3x9_E1x5(seen[first + i]).g;
+            const float value = world::unpacked_light(seen[first + i]).g;
             const std::size_t side = static_cast<std::size_t>(level.side);
             const glm::vec2 at =
                 (glm::vec2(i % side, i / side) + 0.5f) * (2.0f / static_cast<float>(level.side)) - 1.0f;

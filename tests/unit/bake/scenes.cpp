@@ -5,9 +5,9 @@
 #include <fstream>
 
 #include <fmt/format.h>
-#include <glm/gtc/packing.hpp>
 #include <gtest/gtest.h>
 
+#include "core/world/baked/shared_exponent.h"
 #include "core/world/model_lights.h"
 #include "core/world/posed_model.h"
 #include "core/world/world.h"
@@ -84,7 +84,7 @@ glm::vec3 light_at(const world::SceneRef& scene, const world::BakedLight& light,
             const auto texel = [&](int dx, int dy) {
                 const auto x = static_cast<std::size_t>(low.x) + static_cast<std::size_t>(dx);
                 const auto y = static_cast<std::size_t>(low.y) + static_cast<std::size_t>(dy);
-                return glm::dvec3(glm::unpackF3x9_E1x5(
+                return glm::dvec3(world::unpacked_light(
                     light.layers[layer].texels[y * static_cast<std::size_t>(light.size.width) + x]));
             };
             return glm::vec3(glm::mix(glm::mix(texel(0, 0), texel(1, 0), part.x),
