@@ -212,9 +212,7 @@ def _material(surface: Primitive, folder: Path, name: str, is_lambert: bool) -> 
     if material.is_unlit:
         made: dict[str, Any] = {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}}
     elif material.transmission > 0.0:
-        # A pane: what it scatters itself is left out.
-        through = [material.transmission * value for value in material.base_color[:3]]
-        return {"type": "thindielectric", "specular_transmittance": {"type": "rgb", "value": through}}
+        return {"type": "camrig_gltf_pane", "base_color": list(material.base_color[:3]), "transmission": material.transmission}
     elif is_lambert:
         made = {"type": "diffuse", "reflectance": _color(surface, folder, name)}
     else:
