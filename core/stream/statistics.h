@@ -103,7 +103,7 @@ struct RigReport {
     TimeNs world_ns = 0;
     TimeNs monotonic_ns = 0;
     std::uint64_t instants = 0;          ///< instants at which something was due
-    std::uint64_t dropped_instants = 0;  ///< skipped as a whole under overload
+    std::uint64_t dropped_instants = 0;  ///< those of which pictures were dropped for lack of time
     std::vector<CameraReport> cameras;
     std::vector<StageReport> stages;
     std::vector<CounterReport> renderer;

@@ -171,7 +171,7 @@ std::string to_prometheus(const stream::RigReport& report, const HttpCounts& htt
     out.sample({}, seconds(report.world_ns));
     out.metric("camrig_instants_total", "counter", "Instants at which something was due.");
     out.sample({}, report.instants);
-    out.metric("camrig_instants_dropped_total", "counter", "Instants skipped as a whole under overload.");
+    out.metric("camrig_instants_dropped_total", "counter", "Instants of which pictures were dropped.");
     out.sample({}, report.dropped_instants);
     write_cameras(out, report);
     write_outputs(out, report);

@@ -142,7 +142,8 @@ def test_troubleshooting_quotes_what_is_really_said(hall, environment, tmp_path)
         "HTTP/1.1 401": unauthorized,
         "HTTP/1.1 403": run(["curl", "-si", "-H", "Host: example.org", http + "/cameras"]),
         "Host ... is not this server's": run(["curl", "-s", "-H", "Host: example.org", http + "/cameras"]),
-        "dropped_instants": run(["camrig", "--json", "stats"], env=environment),
+        "DROPPED": run(["camrig", "stats"], env=environment),
+        "dropped_for": run(["camrig", "--json", "stats"], env=environment),
         "X-World-Time-Ns": run(["curl", "-s", "-o", "/dev/null", "-D", "-", http + "/cameras/lobby/snapshot.jpg"]),
         "no answer from the rig": (REPOSITORY / "control/web/page/rpc.js").read_text(),
     }

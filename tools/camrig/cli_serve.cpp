@@ -115,9 +115,8 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     add_named_option<world::Quality>(
         *serve, "--quality", [options](world::Quality quality) { options->engine.quality = quality; },
         "fast, simple (default) or beautiful");
-    serve->add_option(
-        "--device", options->engine.renderer.device,
-        "EGL device N, cpu, or llvmpipe (all by Mesa's rasteriser); default: the first with hardware, else cpu");
+    serve->add_option("--device", options->engine.renderer.device,
+                      "EGL device N, cpu, or llvmpipe (Mesa's rasteriser); default: the first with hardware, else cpu");
     serve
         ->add_option_function<int>(
             "--static-layer-mb",

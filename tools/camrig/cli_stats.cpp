@@ -38,7 +38,7 @@ std::string words_of(const json& stats) {
     for (const json& stage : stats.at("stages"))
         stages.push_back(cells(stage, {"name", "count", "mean_ms", "p50_ms", "p99_ms", "p999_ms", "max_ms"}));
     std::string text = "world time " + seconds_text(stats.at("world_ns")) + ", " + plain_text(stats.at("instants")) +
-                       " instants, " + plain_text(stats.at("dropped_instants")) + " dropped as a whole\n";
+                       " instants, " + plain_text(stats.at("dropped_instants")) + " with dropped pictures\n";
     text += "\n" + table(cameras);
     if (readers.size() > 1) text += "\n" + table(readers, 3);
     Rows renderer{{"RENDERER", "COUNT"}};

@@ -48,7 +48,7 @@ def start(
 ) -> Rig:
     """Starts `camrig serve SCENE` with a private control socket and free ports, and waits until it is ready.
 
-    mode (realtime, lockstep), device (EGL device number, "cpu", or "llvmpipe": all by Mesa's rasteriser), seed, overload (drop, slow), quality (fast, simple,
+    mode (realtime, lockstep), device (EGL device number, "cpu", or "llvmpipe": Mesa's rasteriser), seed, overload (drop, slow), quality (fast, simple,
     beautiful), http, rtsp, tcp (ports; 0: any free one) are the options of that command; ``args`` are further ones. ``env`` adds
     to the environment; ``runner`` are words to put before the command, as of setpriv or taskset. The rig ends with close(), with the context manager, or with this Python program. close() raises CamrigError
     when the rig has not ended as it should: with exit code 0, within 5 s ($CAMRIG_STOP_TIMEOUT_S).
