@@ -43,13 +43,13 @@ def edges_and_cost(section, quick):
         costs = [(name, level, *(cpu_ms(rig, lights, level, moves, 9 if quick else 31) for moves in (False, True))) for name, lights in LIT_BY for level in ("simple", "beautiful")]
     section.say(
         "Boxes over level ground, `beautiful`: edges of their shadows against the hull of the box's corners followed along the light, across the edge on the ground. Where the light in the picture is half of that without boxes is the edge. "
-        "A map has 2048 x 2048 texels, always, and the sun's covers the ground, up to 200 m of it; a lamp's covers its cone, or a side of a cube (here 10 to 12 m away). A surface looks its light up where it is, so edges are "
+        "A map has 2048 x 2048 texels, or 4096 x 4096 where the sun's would be larger than 3 cm and there are two maps at most. The sun's covers the ground, up to 200 m of it; a lamp's covers its cone, or a side of a cube (here 10 to 12 m away). A surface looks its light up where it is, so edges are "
         "where the map has them: within half a texel, where an outline lies along texels, more where light grazes. px: the largest error 10 m from a camera of 520 px. "
         "Width: from a tenth to nine tenths of the light. The sun is a point here, its own half-shadow (9 mm for each metre to what throws it) is not drawn."
     )
     section.table(("camera", "light", "ground, m", "texel, mm", "error rms, mm", "max, mm", "max, px", "rms, texels", "max, texels", "width, texels", "edges"), rows)
     section.gate("shadow edge, max", worst, LIMIT_TEXELS, "texels")
-    section.say("CPU ms of an instant and its picture, raw, 640x480, 25 boxes going round; `simple` (default) throws no shadows, `beautiful` does, and has its materials too. 2048 x 2048 texels, for the sun and a spot one map, for a point light those of six that see something, are what there is, and so the default:")
+    section.say("CPU ms of an instant and its picture, raw, 640x480, 25 boxes going round; `simple` (default) throws no shadows, `beautiful` does, and has its materials too. Maps have 2048 x 2048 texels, as the ground is 30 m wide; the sun and a spot have one, a point light those of six that see something:")
     section.table(("lights", "quality", "standing", "moving"), [(name, f"`{level}`" + (" (default)" if level == "simple" else ""), *cost) for name, level, *cost in costs])
 
     def draw(_, axes):

@@ -9,6 +9,8 @@ from camrig_assets.scene import Scene
 
 #: Texels along a side of a shadow map, and how much larger it is than what it shows: core/render/shadow_plan.{h,cpp}.
 MAP_SIDE, MAP_MARGIN, MOST_EXTENT_M = 2048, 1.02, 200.0
+#: Where a texel of the sun's map would be larger than this and there are two maps at most, they have so many along a side.
+COARSE_TEXEL_M, FINE_MAP_SIDE = 0.03, 4096
 CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
 
 
@@ -43,7 +45,7 @@ class Light:
         return way / np.linalg.norm(way, axis=1, keepdims=True)
 
     def texel_m(self, points, ground):
-        """The longer side of a texel where the points are."""
+        """The longer side of a texel where the points are, if there is no other light."""
         if self.kind == "directional":
             z = np.array(self.towards, dtype=float) / np.linalg.norm(self.towards)
             aside = (0.0, 0.0, 1.0) if abs(z[2]) < 0.9 else (1.0, 0.0, 0.0)
@@ -51,7 +53,8 @@ class Light:
             x /= np.linalg.norm(x)
             corners = ground.bounds()
             sides = [np.ptp(corners @ axis) for axis in (x, np.cross(z, x))]
-            return np.full(len(points), MAP_MARGIN * min(max(sides), MOST_EXTENT_M) / MAP_SIDE)
+            side_m = MAP_MARGIN * min(max(sides), MOST_EXTENT_M)
+            return np.full(len(points), side_m / (FINE_MAP_SIDE if side_m / MAP_SIDE > COARSE_TEXEL_M else MAP_SIDE))
         away = points - np.array(self.place)
         if self.kind == "spot" and self.cone_deg < np.degrees(1.3):
             axis = np.array(self.towards, dtype=float) / np.linalg.norm(self.towards)
