@@ -42,9 +42,11 @@ private:
     };
     std::shared_ptr<Entry> entry_of(const world::ModelRef& source) {
         const std::lock_guard lock(mutex_);
-        std::shared_ptr<Entry>& entry = entries_[source.get()];
         // A new model may lie where one that is gone has been.
-        if (entry == nullptr || entry->source.expired()) entry = std::make_shared<Entry>(source);
+        const auto found = entries_.find(source.get());
+        if (found != entries_.end() && !found->second->source.expired()) return found->second;
+        auto entry = std::make_shared<Entry>(source);
+        entries_.insert_or_assign(source.get(), entry);
         return entry;
     }
 
