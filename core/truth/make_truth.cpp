@@ -1,7 +1,6 @@
 #include "core/truth/make_truth.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -43,61 +42,6 @@ struct StandingObjects::Found {
 
 StandingObjects::StandingObjects() : found_(std::make_unique<Found>()) {}
 StandingObjects::~StandingObjects() = default;
-
-/// Where points of the world are for the camera at the time of the row that shows them.
-class RollingEye {
-public:
-    RollingEye(const RowsInTime& rows, const camera::CameraModel& camera) : camera_(camera) {
-        for (std::size_t i = 0; i < knots_.size(); ++i) {
-            const double row = static_cast<double>(i) * (camera.size().height - 1) / (knots_.size() - 1);
-            const auto moment = rows.past->at(rows.first_ns + std::llround(row * static_cast<double>(rows.row_ns)));
-            knots_[i] = {glm::transpose(camera::world_from_optical_rotation(moment.state.pose)),
-                         moment.state.pose.position, moment.state.intrinsics.fx / camera.intrinsics().fx};
-            if (i == 0) first_ = moment.snapshot;
-            last_ = moment.snapshot;
-        }
-    }
-
-    const world::Snapshot& first() const { return *first_; }
-    const world::Snapshot& last() const { return *last_; }
-
-    /// In the optical frame of that time, as large as the camera's own focal length shows it, of a point that goes
-    /// straight from one place to another from the first row to the last. Each step leaves the share of the error that
-    /// the picture moves while a row is read.
-    glm::dvec3 see(const glm::dvec3& from, const glm::dvec3& to) const {
-        double share = 0.5;
-        glm::dvec3 seen = at(share, from, to);
-        for (int i = 0; i < steps; ++i) {
-            const auto pixel = camera_.project(seen);
-            if (!pixel) break;
-            share = std::clamp(pixel->y / std::max(1, camera_.size().height - 1), 0.0, 1.0);
-            seen = at(share, from, to);
-        }
-        return seen;
-    }
-
-private:
-    static constexpr int steps = 4;
-    struct Knot {
-        glm::dmat3 optical_from_world{1.0};
-        glm::dvec3 eye{0.0};
-        double zoom = 1.0;  ///< focal length, of the camera's: a zoom that goes on while rows are read
-        glm::dvec3 see(const glm::dvec3& point) const {
-            return glm::dvec3(zoom, zoom, 1.0) * (optical_from_world * (point - eye));
-        }
-    };
-    glm::dvec3 at(double share, const glm::dvec3& from, const glm::dvec3& to) const {
-        const glm::dvec3 point = glm::mix(from, to, share);
-        const double place = share * static_cast<double>(knots_.size() - 1);
-        const auto k = std::min(static_cast<std::size_t>(place), knots_.size() - 2);
-        const Knot &a = knots_[k], &b = knots_[k + 1];
-        return glm::mix(a.see(point), b.see(point), place - static_cast<double>(k));
-    }
-
-    const camera::CameraModel& camera_;
-    std::array<Knot, 65> knots_;  ///< as is linear enough between: half a degree of a pan of 300 deg/s in 0.1 s
-    world::SnapshotRef first_, last_;
-};
 
 class TruthMaker {
 public:

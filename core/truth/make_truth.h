@@ -7,19 +7,12 @@
 #include "core/base/result.h"
 #include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
+#include "core/truth/rolling_eye.h"
 #include "core/truth/truth.h"
 #include "core/world/backdrop/film_player.h"
-#include "core/world/camera_past.h"
 #include "core/world/snapshot.h"
 
 namespace camrig::truth {
-
-/// Of a picture whose rows show one time after the other: where camera and world were.
-struct RowsInTime {
-    std::shared_ptr<const world::CameraPast> past;
-    TimeNs first_ns = 0;  ///< what the first row shows
-    TimeNs row_ns = 0;
-};
 
 /// The camera and the frame whose truth is asked for.
 struct TruthView {
