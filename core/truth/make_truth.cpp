@@ -101,7 +101,8 @@ Result<void> TruthMaker::measure(const world::Snapshot& snapshot, StandingObject
         StandingObjects::Found& found = *standing->found_;
         const bool is_known =
             found.statics.lock() == snapshot.statics && found.spec == view_.spec && found.pose == view_.pose;
-        if (!is_known) found = {.statics = snapshot.statics, .spec = view_.spec, .pose = view_.pose, .candidates = {}};
+        // Known once all of it is found.
+        std::vector<std::optional<Candidate>> anew;
         for (std::size_t i = 0; i < objects.size(); ++i) {
             // Whether key points are seen depends on what moves.
             if (is_known && (!found.candidates[i] || found.candidates[i]->truth.keypoints.empty())) {
@@ -109,14 +110,14 @@ Result<void> TruthMaker::measure(const world::Snapshot& snapshot, StandingObject
                 continue;
             }
             const std::size_t before = candidates_.size();
-            if (auto measured = measure(objects[i]); !measured) {
-                found = {};
-                return measured;
-            }
+            if (auto measured = measure(objects[i]); !measured) return measured;
             if (is_known) continue;
-            found.candidates.emplace_back();
-            if (candidates_.size() > before) found.candidates.back() = candidates_.back();
+            anew.emplace_back();
+            if (candidates_.size() > before) anew.back() = candidates_.back();
         }
+        if (!is_known)
+            found = {
+                .statics = snapshot.statics, .spec = view_.spec, .pose = view_.pose, .candidates = std::move(anew)};
     } else {
         for (const world::Instance& instance : objects)
             if (auto measured = measure(instance); !measured) return measured;

@@ -10,6 +10,8 @@
 #include "core/camera/lens_map.h"
 #include "core/render/composed_renderer.h"
 #include "core/stream/transcoder.h"
+#include "core/truth/make_truth.h"
+#include "core/truth/truth_json.h"
 #include "tests/render/support/test_rig.h"
 
 // In steady state a picture costs no memory: what is needed was there the instant before. Counted are all blocks of C++
@@ -169,6 +171,44 @@ TEST(Exhausted, MemoryIsAnErrorOfThePictureAndTheNextOneIsAsItWouldHaveBeen) {
             ASSERT_TRUE(finished || finished.error().kind == ErrorKind::resource_exhausted);
             ASSERT_EQ(bytes_now(), expected) << "after " << pictures << " pictures and " << left << " blocks";
         }
+    }
+}
+
+TEST(Exhausted, MemoryForTruthLeavesNothingHalfFoundOfStandingObjects) {
+    TestWorld world;
+    for (std::uint32_t id = 1; id <= 6; ++id)
+        world.objects.push_back(
+            instance_of(model_of(box(glm::vec3(0.3f)), colored(glm::vec3(0.5f))), {5.0, id - 3.5, 0.0}, id));
+    const world::SnapshotRef moment = world.snapshot();
+    View view = TestCamera{}.view();
+    std::ranges::fill(view.kinds, false);
+    view.kinds[static_cast<int>(frame::FrameKind::instance)] = true;
+    view.kinds[static_cast<int>(frame::FrameKind::depth)] = true;
+    const auto frames = draw_views(moment, {&view, 1});
+    const auto of_kind = [&](frame::FrameKind kind) {
+        return *std::ranges::find(frames, kind, [](const frame::FrameRef& frame) { return frame->info().kind; });
+    };
+    const truth::TruthView of{.name = view.name, .spec = view.spec, .pose = view.pose};
+    const truth::TruthPictures pictures{.instance = of_kind(frame::FrameKind::instance),
+                                        .depth = of_kind(frame::FrameKind::depth)};
+    const auto silhouettes = truth::silhouettes_from(
+        [&](std::span<const ObjectId>) -> Result<frame::FrameRef> { return pictures.instance; });
+    const auto text_of = [&](truth::StandingObjects& standing) {
+        return truth_to_json(make_truth(of, *moment, pictures, silhouettes, &standing).value()).dump();
+    };
+    truth::StandingObjects other;
+    const std::string expected = text_of(other);
+    bool has_run_out = true;
+    for (std::int64_t left = 0; has_run_out; ++left) {
+        truth::StandingObjects standing;
+        blocks_left = left;
+        try {
+            static_cast<void>(make_truth(of, *moment, pictures, silhouettes, &standing));
+        } catch (const std::bad_alloc&) {
+        }
+        has_run_out = blocks_left < 0;
+        blocks_left = endless;
+        ASSERT_EQ(text_of(standing), expected) << "after " << left << " blocks";
     }
 }
 
