@@ -6,11 +6,13 @@
 namespace camrig::truth {
 
 RollingEye::RollingEye(const RowsInTime& rows, const camera::CameraModel& camera) : camera_(camera) {
+    // As pictures do (render::view_at).
+    const bool zooms = camera.lens().lens().model == camera::LensModel::pinhole;
     for (std::size_t i = 0; i < knots_.size(); ++i) {
         const double row = static_cast<double>(i) * (camera.size().height - 1) / (knots_.size() - 1);
         const auto moment = rows.past->at(rows.first_ns + std::llround(row * static_cast<double>(rows.row_ns)));
         knots_[i] = {glm::transpose(camera::world_from_optical_rotation(moment.state.pose)), moment.state.pose.position,
-                     moment.state.intrinsics.fx / camera.intrinsics().fx};
+                     zooms ? moment.state.intrinsics.fx / camera.intrinsics().fx : 1.0};
         if (i == 0) first_ = moment.snapshot;
         last_ = moment.snapshot;
     }

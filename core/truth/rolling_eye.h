@@ -36,7 +36,7 @@ private:
     struct Knot {
         glm::dmat3 optical_from_world{1.0};
         glm::dvec3 eye{0.0};
-        double zoom = 1.0;  ///< focal length, of the camera's: a zoom that goes on while rows are read
+        double zoom = 1.0;  ///< focal length, of the camera's: a pinhole's zoom goes on while rows are read
         glm::dvec3 see(const glm::dvec3& point) const {
             return glm::dvec3(zoom, zoom, 1.0) * (optical_from_world * (point - eye));
         }
