@@ -12,7 +12,8 @@
 #include "core/stream/transcoder.h"
 #include "core/truth/make_truth.h"
 #include "core/truth/truth_json.h"
-#include "tests/render/support/test_rig.h"
+#include "core/world/camera_past.h"
+#include "tests/render/support/backdrop_scenes.h"
 
 // In steady state a picture costs no memory: what is needed was there the instant before. Counted are all blocks of C++
 // in this program, those of the graphics driver (C) are not.
@@ -171,6 +172,63 @@ TEST(Exhausted, MemoryIsAnErrorOfThePictureAndTheNextOneIsAsItWouldHaveBeen) {
             ASSERT_TRUE(finished || finished.error().kind == ErrorKind::resource_exhausted);
             ASSERT_EQ(bytes_now(), expected) << "after " << pictures << " pictures and " << left << " blocks";
         }
+    }
+}
+
+// A moment of the flow has the shapes of its backdrop, and a sensor's moments come after it.
+TEST(Exhausted, MemoryForFlowBeforeABackdropLeavesNothingOfItInPicturesOfASensor) {
+    constexpr TimeNs now_ns = 100 * ns_per_ms, frame_ns = 40 * ns_per_ms;
+    auto scene = std::make_shared<world::Scene>();
+    scene->models["box"].model = model_of(box(glm::vec3(0.5f)), colored(glm::vec3(0.5f)));
+    world::ObjectSpec object;
+    object.name = object.model = "box";
+    object.position = {5, 0, 1};
+    scene->objects.push_back(object);
+    const auto world = world::World::create(scene, 1).value();
+    world->advance_to(now_ns);
+    const world::SnapshotRef moment = world->snapshot(now_ns);
+
+    const TestCamera camera{.eye = {0, 0, 1.6}, .size = {64, 48}};
+    world::ProxiesSpec proxies;
+    proxies.ground.emplace().polygon_m = {{1, -8}, {12, -8}, {12, 8}, {1, 8}};
+    View flowing = with_plate(camera.view(1), noise(camera.size), proxies);
+    std::ranges::fill(flowing.kinds, false);
+    flowing.kinds[static_cast<int>(frame::FrameKind::flow)] = true;
+    flowing.frame_ns = frame_ns;
+    const world::Camera standing(*flowing.spec);
+
+    View sensing = camera.view(2);
+    auto with_sensor = std::make_shared<world::CameraSpec>(*sensing.spec);
+    with_sensor->pose = sensing.pose;
+    with_sensor->sensor.emplace().exposure_s = 0.02;
+    sensing.spec = with_sensor;
+    world::CameraPatch move;
+    move.optics = with_sensor->intrinsics;
+    move.pose = camera::Pose{.position = {0, 0.5, 1.6}, .orientation = sensing.pose.orientation};
+    const world::Camera moving = world::Camera(*with_sensor).changed(move, 0, now_ns).value();
+    sensing.past = std::make_shared<const world::CameraPast>(world->past(0), moving);
+    sensing.pose = moving.at(*moment).pose;
+
+    ComposedRenderer renderer({.pool = std::make_shared<frame::FramePool>(), .threads = 2},
+                              [] { return error(ErrorKind::unsupported, "nothing here is drawn elsewhere"); });
+    const auto sensed = [&] {
+        const auto finished = renderer.draw(std::make_shared<world::Snapshot>(*moment), 0, {&sensing, 1}).value();
+        const auto bytes = finished.set.frames.at(0)->bytes();
+        return std::vector<std::byte>(bytes.begin(), bytes.end());
+    };
+    const std::vector<std::byte> expected = sensed();
+    bool has_run_out = true;
+    for (std::int64_t left = 0; has_run_out; ++left) {
+        flowing.future =
+            std::make_shared<world::CameraFuture>(world->copy(), "camera1", standing, std::vector<world::CameraMove>{});
+        const auto instant = std::make_shared<world::Snapshot>(*moment);
+        blocks_left = left;
+        const auto finished = renderer.draw(instant, 0, {&flowing, 1});
+        has_run_out = blocks_left < 0;
+        blocks_left = endless;
+        ASSERT_TRUE(finished || finished.error().kind == ErrorKind::resource_exhausted);
+        ASSERT_EQ(sensed(), expected) << "after " << left << " blocks";
+        EXPECT_TRUE(has_run_out || finished->set.frames.size() == 1u);
     }
 }
 

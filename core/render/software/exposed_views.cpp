@@ -75,6 +75,10 @@ void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast:
     const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
     ViewWork& moment = moment_;
     moment.view = &moment_view_;
+    moment.backdrop = work.backdrop;
+    moment.picture = work.picture;
+    moment.film_frame = work.film_frame;
+    moment.proxies = work.proxies;
     moment.whole = work.whole;
     moment.scene = scene_view_of(moment_view_, is_shaded ? moment_view_.quality : world::Quality::simple);
     moment.scene.lamps_hz = lamps_hz;
@@ -159,17 +163,9 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     state.intrinsics = view.spec->intrinsics;
     begin_moment(work, {instant, state}, 0.0);
     moment_.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame = flow;
-    moment_.backdrop = work.backdrop;
-    moment_.picture = work.picture;
-    moment_.film_frame = work.film_frame;
-    moment_.proxies = work.proxies;
     look_ahead(work, instant_ns_);
     draw_moment_rows_of_channels(work.whole);
     moment_.channels = {};
-    moment_.backdrop = nullptr;
-    moment_.picture = nullptr;
-    moment_.film_frame = -1;
-    moment_.proxies = nullptr;
     work.kinds.set(static_cast<std::size_t>(frame::FrameKind::flow));
 }
 
