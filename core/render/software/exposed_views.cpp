@@ -166,6 +166,7 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     look_ahead(work, instant_ns_);
     draw_moment_rows_of_channels(work.whole);
     moment_.channels = {};
+    work.cost_ns += moment_.cost_ns.exchange(0);
     work.kinds.set(static_cast<std::size_t>(frame::FrameKind::flow));
 }
 
