@@ -377,6 +377,22 @@ TEST(Plate, HasNoShadowsWhereNoneAreWanted) {
     EXPECT_EQ(changed_beside(world::BackdropShadow::none), 0);
 }
 
+// Shadow maps take as long as many such pictures do.
+TEST(Plate, WithoutMappedShadowsDoesNotPayForShadowMaps) {
+    const TestCamera camera{
+        .eye = {0.0, 0.3, 1.6}, .size = {32, 24}, .focal_px = 26.0, .quality = world::Quality::beautiful};
+    const View shadowed = camera.view(1);
+    const View plate = with_plate(camera.view(2), noise(camera.size), scene_is(SceneInBackdrop::proxies),
+                                  [](world::BackdropSpec& spec) { spec.shadow = world::BackdropShadow::blob; });
+    const auto by = drawer();
+    std::vector<frame::FrameRef> frames;
+    for (const double where : {0.3, 0.4}) {
+        by->begin_instant(walked(yard(), where).snapshot());
+        by->draw(std::vector{&shadowed, &plate}, 0, frames);
+        EXPECT_LT(2 * by->cost_ns()[1], by->cost_ns()[0]);
+    }
+}
+
 TEST(Plate, GainIsAFactorOnTheLightOfWhatMoves) {
     for (const world::Quality quality : qualities) {
         const Matched matched(quality);

@@ -344,13 +344,15 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
     std::atomic<TimeNs> cost_ns = 0;
     if (bodies_instant_ != instant_) moving_bodies_ = scene_.movers().bodies();
     bodies_instant_ = instant_;
+    const auto looks_at_shadows = [](const ViewWork* work) {
+        const auto& backdrop = work->view->spec->backdrop;
+        return work->scene.quality == world::Quality::beautiful &&
+               (!backdrop || backdrop->shadow == world::BackdropShadow::mapped);
+    };
     for (ViewWork* const work : works) {
         work->shadows.clear();
         find_bodies(*work);
-        if (work->scene.quality != world::Quality::beautiful) continue;
-        if (const auto& backdrop = work->view->spec->backdrop;
-            backdrop && backdrop->shadow != world::BackdropShadow::mapped)
-            continue;
+        if (!looks_at_shadows(work)) continue;
         if (shadows_instant_ != instant_)
             shadows_.update(scene_, {static_primitives_, mover_primitives_}, team_, cost_ns, options_.wide_lanes,
                             options_.max_detail_error_px > 0.0);
@@ -359,10 +361,9 @@ void SoftwareDrawer::make_shadows(std::span<ViewWork* const> works) {
         work->shadows = shadows_.in_view(work->scene.transform);
     }
     if (cost_ns == 0) return;
-    const auto is_beautiful = [](const ViewWork* work) { return work->scene.quality == world::Quality::beautiful; };
-    const TimeNs share_ns = cost_ns / std::ranges::count_if(works, is_beautiful);
+    const TimeNs share_ns = cost_ns / std::ranges::count_if(works, looks_at_shadows);
     for (ViewWork* const work : works)
-        if (is_beautiful(work)) work->cost_ns += share_ns;
+        if (looks_at_shadows(work)) work->cost_ns += share_ns;
 }
 
 void SoftwareDrawer::find_bodies(ViewWork& work) const {
