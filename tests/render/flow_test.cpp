@@ -390,6 +390,20 @@ TEST(Flow, IsAtTheCostOfItsViewAndNotOfASensorsPictureThatComesNext) {
     EXPECT_LT(4 * drawer.cost_ns()[1], drawer.cost_ns()[0]) << "has a 900th of the pixels";
 }
 
+TEST(Flow, AndPicturesOfASensorAreCountedAsOthersAre) {
+    const Shot shot = shoot(scene_of(false), standing);
+    const View next = sensing(shot);
+    software::SoftwareDrawer drawer({.pool = std::make_shared<frame::FramePool>(), .threads = 2});
+    drawer.begin_instant(shot.now);
+    std::vector<frame::FrameRef> frames;
+    drawer.draw(std::vector<const View*>{&shot.view}, 0, frames);
+    EXPECT_EQ(drawer.counters().views, 1u);
+    EXPECT_EQ(drawer.counters().draws, 3u) << "floor, wall and box";
+    drawer.draw(std::vector<const View*>{&next}, 0, frames);
+    EXPECT_EQ(drawer.counters().views, 2u);
+    EXPECT_GT(drawer.counters().draws, 3u);
+}
+
 TEST(Flow, IsRefusedWithTheReasonByWhoDoesNotDrawIt) {
     const Shot shot = shoot(scene_of(false), standing);
     const auto renderer = create_renderer({.device = "null", .pool = std::make_shared<frame::FramePool>()}).value();

@@ -249,15 +249,16 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
     }
     for (ViewWork* const work : flows_) draw_flow(*work, monotonic_ns);
     draw_exposed(monotonic_ns);
-    in_work_.insert(in_work_.end(), exposed_.begin(), exposed_.end());
     for (const ViewWork* work : in_work_) {
-        ++views_;
         views_in_parts_ += work->is_in_parts;
         draws_ += work->draws;
         draws_coarse_ += work->draws_coarse;
         if (work->is_in_parts) layers_.count_reused();
     }
+    draws_ += std::exchange(moment_.draws, 0);
+    draws_coarse_ += std::exchange(moment_.draws_coarse, 0);
     for (std::size_t i = 0; i < views.size(); ++i) {
+        views_ += works_[i].kinds.any();
         give_frames(works_[i], *views[i], frames);
         cost_ns_.push_back(works_[i].cost_ns);
     }
