@@ -12,8 +12,8 @@ namespace camrig::render {
 
 /// What flow is refused with by who does not draw it.
 inline constexpr const char* no_flow =
-    "flow: drawn by camrig's own rasteriser only, not by device null: with the principal point less than 8192 pixels "
-    "beside the picture";
+    "flow: drawn by camrig's own rasteriser only, not by device null: with the principal point no farther than 8192 "
+    "pixels from any edge of the picture";
 
 /// Of a camera without a sensor there is nothing to draw of one, and nothing of what is on a lens.
 inline bool wants(const View& view, frame::FrameKind kind) {

@@ -3,12 +3,14 @@
 #include <cstdio>
 #include <limits>
 #include <numbers>
+#include <string_view>
 #include <thread>
 
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
 #include "core/render/software/software_drawer.h"
+#include "core/render/view_frames.h"
 #include "tests/render/support/claims.h"
 #include "tests/render/support/gallery.h"
 
@@ -457,6 +459,17 @@ TEST(HardGeometry, APrincipalPointFarAsideLeavesNothingOut) {
         if (!by->can_draw(view)) continue;
         EXPECT_LT(std::abs(c), 9000.0) << "cannot be held in 1/256 pixels of 32 bits";
         EXPECT_EQ(drawn(world, camera).red(31, 23), 255) << c;
+    }
+}
+
+// So say refusals of what is drawn nowhere else.
+TEST(HardGeometry, APrincipalPointNoFartherThan8192PixelsFromAnyEdgeIsWithinReach) {
+    EXPECT_NE(std::string_view(no_flow).find("no farther than 8192 pixels from any edge"), std::string_view::npos);
+    for (const int side : {16, 640, 8192}) {
+        for (const double c : {side - 8192.0, 8192.0}) {
+            const TestCamera camera{.size = {side, side}, .intrinsics = camera::Intrinsics{1000.0, 1000.0, c, c}};
+            EXPECT_TRUE(software::SoftwareDrawer::is_plain(camera.view())) << side << ' ' << c;
+        }
     }
 }
 

@@ -122,14 +122,15 @@ bool GlRenderer::makes(frame::PixelFormat format, const View& view) const {
 
 Result<void> GlRenderer::draw_view(const View& view, std::size_t index) {
     if (view.spec->sensor && (wants(view, frame::FrameKind::color) || wants(view, frame::FrameKind::sensor)))
-        return error(ErrorKind::unsupported,
-                     "sensor: drawn by camrig's own rasteriser only: with the lens method auto, and antialias auto, "
-                     "coverage or none");
+        return error(
+            ErrorKind::unsupported,
+            "sensor: drawn by camrig's own rasteriser only: with the lens method auto, antialias auto, coverage or "
+            "none, and the principal point no farther than 8192 pixels from any edge of the picture");
     if (wants(view, frame::FrameKind::flow)) return error(ErrorKind::unsupported, no_flow);
     if (view.spec->backdrop)
         return error(ErrorKind::unsupported,
-                     "backdrop: drawn by camrig's own rasteriser only: with the principal point less than 8192 pixels "
-                     "beside the picture");
+                     "backdrop: drawn by camrig's own rasteriser only: with the principal point no farther than 8192 "
+                     "pixels from any edge of the picture");
     auto painted = painter_.paint(view, index, scene_, targets_[view.camera]);
     if (!painted) return std::unexpected(painted.error());
     for (int k = 0; k < frame::frame_kind_count; ++k) {

@@ -10,6 +10,7 @@
 #include "core/render/software/channels.h"
 #include "core/render/software/matched_actors.h"
 #include "core/render/software/rows.h"
+#include "core/render/software/screen_triangles.h"
 #include "core/render/software/taken_picture.h"
 #include "core/render/software/view_changes.h"
 #include "core/render/software/view_rows.h"
@@ -18,13 +19,10 @@
 namespace camrig::render::software {
 namespace {
 
-/// Vertices are snapped to 1/256 pixel in 32 bits (geometry.h).
-constexpr int max_side = 16384;
-
-/// Triangles are cut max_side / 2 or more beside a picture and its principal point, which may lie far outside of it.
+/// Triangles are cut guard_px - |c| beside the principal point c: no edge of the picture may be farther from it.
 bool is_within_reach(double principal_point, int side) {
-    return std::abs(principal_point) + std::max(std::abs(principal_point), std::abs(side - principal_point)) <=
-           max_side;
+    return std::max(std::abs(principal_point), std::abs(side - principal_point)) <=
+           guard_px - std::abs(principal_point);
 }
 
 constexpr auto flow_number = static_cast<std::size_t>(frame::FrameKind::flow);
