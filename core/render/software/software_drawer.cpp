@@ -168,6 +168,7 @@ void SoftwareDrawer::take_picture_of_backdrop(ViewWork& work) {
 
 void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
     unmade_.clear();
+    unmade_levels_.assign(scene_.movers().all().size(), 0);
     for (const ViewWork* work : works) {
         for (const auto* list : {&work->movers.opaque, &work->movers.blended}) {
             for (const scene::SeenSurface& seen : *list) {
@@ -176,17 +177,13 @@ void SoftwareDrawer::deform_seen(std::span<ViewWork* const> works) {
                 const scene::LevelSet levels =
                     scene_.movers().deformed(surface).missing(scene::LevelSet{1} << seen.level);
                 if (levels == 0) continue;
-                const auto found = std::ranges::find(unmade_, &surface, &Unmade::surface);
-                if (found == unmade_.end()) {
-                    unmade_.push_back({&surface, levels});
-                } else {
-                    found->levels |= levels;
-                }
+                if (unmade_levels_[surface.index] == 0) unmade_.push_back(&surface);
+                unmade_levels_[surface.index] |= levels;
             }
         }
     }
     team_.run(unmade_.size(),
-              [&](int, std::size_t i) { scene_.movers().deform(*unmade_[i].surface, unmade_[i].levels); });
+              [&](int, std::size_t i) { scene_.movers().deform(*unmade_[i], unmade_levels_[unmade_[i]->index]); });
 }
 
 void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_ns,

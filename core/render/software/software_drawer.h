@@ -64,11 +64,6 @@ public:
     RenderCounters counters() const;
 
 private:
-    /// A deformed surface of which a view needs these levels.
-    struct Unmade {
-        const scene::PlacedSurface* surface = nullptr;
-        scene::LevelSet levels = 0;
-    };
     Result<ViewLens> lens_of(const View& view) { return caches_.lenses->of(view, options_.wide_lanes); }
     void forget_here(CameraId camera);
     void place(const world::SnapshotRef& snapshot);
@@ -157,8 +152,9 @@ private:
     ViewWork moment_;
     ExposureScratch exposure_scratch_;
     std::vector<TimeNs> cost_ns_;
-    std::deque<ViewScratch> scratch_;  ///< by thread, or by view where they are few
-    std::vector<Unmade> unmade_;
+    std::deque<ViewScratch> scratch_;                  ///< by thread, or by view where they are few
+    std::vector<const scene::PlacedSurface*> unmade_;  ///< deformed ones of which views need levels
+    std::vector<scene::LevelSet> unmade_levels_;       ///< those, by PlacedSurface::index of the movers
     std::uint64_t views_ = 0, views_in_parts_ = 0, draws_ = 0, draws_coarse_ = 0;
 };
 
