@@ -47,7 +47,8 @@ using DrawAlone = std::function<Result<frame::FrameRef>(std::span<const ObjectId
 /// From pictures: one for each group of objects whose boxes are apart from each other.
 FindSilhouettes silhouettes_from(DrawAlone draw_alone);
 
-/// Per-camera cache of the measurements of static objects. Valid while the camera stands still.
+/// Per-camera cache of the measurements of static objects, which are made anew where the camera's spec or pose, or the
+/// static set, is another one.
 class StandingObjects {
 public:
     StandingObjects();
@@ -61,7 +62,8 @@ private:
 
 /// The truth of one frame. Pixels, visible boxes and occlusion come from the pictures and the silhouettes, which are
 /// asked for once; full boxes, 3D boxes and keypoints from the posed surfaces through the camera's exact model. Fails
-/// only if the silhouettes do, or the camera has no model.
+/// if the silhouettes do, or the camera has no model; resource_exhausted if the halvings of edges are used up
+/// (BoxProjector).
 Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& snapshot, const TruthPictures& pictures,
                                 const FindSilhouettes& find_silhouettes, StandingObjects* standing = nullptr);
 

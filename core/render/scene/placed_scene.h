@@ -77,9 +77,9 @@ public:
     void clear();
     void add(const world::Instance& instance, PreparedModels& models, LightTable& light_sets,
              std::span<const world::Light> lights, float exposure);
-    /// Under the lights of another static set.
     /// Those from `first` on are of this object: where they have their baked light.
     void find_baked(std::size_t first, const world::BakedObject& object);
+    /// Under the lights of another static set.
     void light_anew(LightTable& light_sets, std::span<const world::Light> lights, float exposure);
     std::span<const PlacedSurface> all() const { return surfaces_; }
     const PlacedBodies& bodies() const { return bodies_; }

@@ -79,7 +79,7 @@ struct ScreenShares {
 class OneTriangle {
 public:
     using Value = float;
-    static constexpr bool stays_inside = false;  ///< a point beside a triangle takes what its border has
+    static constexpr bool stays_inside = false;  ///< whether a point beside a triangle takes what its border has
 
     CAMRIG_LANES OneTriangle(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
                              const Setup& setup)
@@ -135,7 +135,7 @@ private:
 /// One triangle at places within one pixel; a step is `share` of a pixel's side.
 class TriangleInPixel : public OneTriangle {
 public:
-    /// A sliver's values go anywhere within a pixel.
+    /// Beyond a sliver its shares grow without bound within a pixel, so they are clamped.
     static constexpr bool stays_inside = true;
 
     CAMRIG_LANES TriangleInPixel(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
@@ -185,7 +185,7 @@ public:
     using Value = Lanes;
     static constexpr bool stays_inside = false;
 
-    /// numbers: of triangles, from 1; none is 0.
+    /// numbers: of triangles, from 1; no lane is 0.
     CAMRIG_LANES TriangleOfEach(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers)
         : geometry_(geometry), draw_(draw) {
         static_assert(sizeof(ScreenTriangle) == 32 && sizeof(ScreenVertex) == 16);
@@ -226,7 +226,7 @@ public:
         made.length = of(triangles->length);
         return made;
     }
-    /// As OneTriangle::shares; coordinates are below 2^24, so these doubles are whole numbers too.
+    /// As OneTriangle::shares: within guard_px (screen_triangles.h) these doubles are whole numbers too.
     CAMRIG_LANES ScreenShares<Lanes> shares(int x, int y) const {
         const Edge second = edge_from(2, 0), third = edge_from(0, 1);
         ScreenShares<Lanes> made = shares_of(second, third);
@@ -374,7 +374,7 @@ private:
 template <typename Isa>
 class TriangleAtPlaces : public TriangleOfEach<Isa> {
 public:
-    /// A sliver's values go anywhere within a pixel.
+    /// Beyond a sliver its shares grow without bound within a pixel, so they are clamped.
     static constexpr bool stays_inside = true;
 
     CAMRIG_LANES TriangleAtPlaces(const ViewGeometry& geometry, const ViewDraw& draw, IntLanes numbers,

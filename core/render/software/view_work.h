@@ -122,8 +122,8 @@ struct ViewWork {
     std::uint64_t draws = 0, draws_coarse = 0;
     std::atomic<TimeNs> cost_ns = 0;  ///< CPU time of all threads
 
-    /// A sensor makes the colour picture.
     bool has_film() const { return film_frame >= 0; }
+    /// A sensor makes the colour picture.
     bool takes_picture() const { return exposure && frame != nullptr; }
     /// What moves may change how what stands still looks beside it.
     bool movers_darken() const { return !shadows.empty() || scene.has_contact_occlusion; }
