@@ -1,5 +1,6 @@
 """`camrig view` under a person's hands: a real window on a real X server, mouse and keys by xdotool."""
 
+import contextlib
 import json
 import math
 import signal
@@ -210,17 +211,19 @@ def test_its_panel_of_faults_sets_one_as_its_controls_say_shows_and_clears_it(ri
     display.click_to_change(FAULTS, FAULT_KIND)
     display.click_to_change(FAULT_KIND, DIRT)  # the kinds, of which it is the fifth
     display.click_to_change(DIRT, SET_DIRT)
-    display.click_to_change(SEVERITY_QUARTER, SEVERITY_QUARTER)
-    display.click_to_change(COVERAGE_THIRD, COVERAGE_THIRD)
-    display.click(*SECONDS)
-    display.hold("ctrl", "a")
-    display.type("2")
-    display.hold("Return")
-    none = display.around(SHOWN_FAULT)
     is_shown = lambda: not np.array_equal(display.around(SHOWN_FAULT), none)
-    display.click(*SET_DIRT)
-    wait_until(is_shown, what="the fault in the window")
-    (fault,) = rig.fault.list("main")
+    for _ in range(5):  # until no key was lost
+        display.click(*SEVERITY_QUARTER)
+        display.click(*COVERAGE_THIRD)
+        display.write(SECONDS, "2")
+        none = display.around(SHOWN_FAULT)
+        display.click(*SET_DIRT)
+        wait_until(is_shown, what="the fault in the window")
+        (fault,) = rig.fault.list("main")
+        if fault["end_ns"] == 2_000_000_000 and fault["severity"] < 0.3 and fault["params"]["coverage"] < 0.4:
+            break
+        rig.fault.clear("main")
+        wait_until(lambda: not is_shown(), what="the fault to leave the window")
     assert fault["kind"] == "dirt" and 0.2 < fault["severity"] < 0.3
     assert 0.25 < fault["params"]["coverage"] < 0.4 and fault["params"]["spot"] == 0.1, "what nobody touched is the rig's default"
     assert (fault["start_ns"], fault["end_ns"]) == (0, 2_000_000_000)
@@ -251,11 +254,13 @@ def test_a_sensor_is_put_in_and_set_and_what_others_set_of_it_is_shown(rig, disp
     cam = rig.camera("main")
     sensor = lambda: cam.get()["sensor"]
 
-    def write(place, text):
-        display.click(*place)
-        display.hold("ctrl", "a")
-        display.type(text)
-        display.hold("Return")
+    def write(place, text, is_there):
+        """Again until no key was lost."""
+        for _ in range(5):
+            display.write(place, text)
+            with contextlib.suppress(AssertionError):
+                return wait_until(is_there, 4)
+        raise AssertionError(f"{text} was not taken: {sensor()}")
 
     display.click(60, 65)
     wait_until(lambda: display.picture()[65, 245].sum() > 60, what="the line in the list to be marked")
@@ -271,8 +276,7 @@ def test_a_sensor_is_put_in_and_set_and_what_others_set_of_it_is_shown(rig, disp
     display.click(*IMX290)
     wait_until(lambda: sensor()["preset"] == "imx290" and sensor()["full_well_e"] == 9193, what="the preset")
     for text, value in (("auto", "auto"), ("0.004", 0.004)):
-        write(EXPOSURE, text)
-        wait_until(lambda: sensor()["exposure_s"] == value, what=f"exposure {text}")
+        write(EXPOSURE, text, lambda: sensor()["exposure_s"] == value)
     gain = lambda: display.picture()[GAIN_HALF[1] - 8 : GAIN_HALF[1] + 8, GAIN_HALF[0] - 60 : GAIN_HALF[0] + 60]
     wait_until(lambda: (display.picture()[EXPOSURE[1], EXPOSURE[0] - 20 : EXPOSURE[0] + 40].std() > 0), what="the exposure to be shown")
     none = gain()
@@ -288,8 +292,7 @@ def test_a_sensor_is_put_in_and_set_and_what_others_set_of_it_is_shown(rig, disp
     for _ in range(6):
         display.click(1240, 600, button=5)  # the wheel, beside all controls
     wait_until(lambda: display.picture()[FOCUS[1], FOCUS[0] - 100 : FOCUS[0]].std() > 0, what="the end of the sensor")
-    write(FOCUS, "4.5")
-    wait_until(lambda: sensor()["focus_m"] == 4.5, what="the focus")
+    write(FOCUS, "4.5", lambda: sensor()["focus_m"] == 4.5)
     assert (sensor()["exposure_s"], sensor()["gain_db"], sensor()["preset"]) == (0.004, 0, "imx290")
     view.close()
 
@@ -323,12 +326,23 @@ def test_the_world_is_flown_through_and_paused(rig, display, view):
     wait_until(lambda: rig.status()["paused"], what="the pause")
     view.wait_settled()
     before = view.eye()["pose"]
-    display.xdotool("mousemove", SCENE_X + 300, 300, "sleep", 0.1, "keydown", "w", "sleep", 0.5, "keyup", "w")
+    display.xdotool("mousemove", SCENE_X + 300, 300, "sleep", 0.1, "keydown", "w")
     wait_until(lambda: np.linalg.norm(np.subtract(view.eye()["pose"]["position"], before["position"])) > 0.3, what="flying")
-    display.drag((SCENE_X + 300, 300), (SCENE_X + 400, 300), button=3)
-    # The world follows the mouse: a drag to the right turns to the left, as many radians as pixels by focal length.
-    turned = math.degrees(100 / view.focal())
-    wait_until(lambda: view.eye()["pose"]["pan_deg"] == pytest.approx(before["pan_deg"] + turned, abs=0.5), what="looking round")
+    display.xdotool("keyup", "w")
+
+    def look_round():
+        """The world follows the mouse: a drag to the right turns to the left, as many radians as pixels by focal length."""
+        goal_deg = view.eye()["pose"]["pan_deg"] + math.degrees(100 / view.focal())
+        display.pull((SCENE_X + 300, 300), (SCENE_X + 400, 300), button=3)
+        try:
+            wait_until(lambda: view.eye()["pose"]["pan_deg"] == pytest.approx(goal_deg, abs=0.5), 4)
+            return True
+        except AssertionError:  # the window has noticed the button late
+            return False
+        finally:
+            display.let_go(button=3)
+
+    assert any(look_round() for _ in range(5))
     view.wait_settled()
     # Somebody deletes the view's camera: it takes another.
     rig.camera(view.own).delete()

@@ -61,10 +61,17 @@ class VirtualDisplay:
 
     def drag(self, start, end, button: int = 1, steps: int = 8):
         """Presses at start, goes to end in a few moves, as a hand does, and lets go there."""
+        self.pull(start, end, button, steps)
+        self.let_go(button)
+
+    def pull(self, start, end, button: int = 1, steps: int = 8):
+        """drag() without its end."""
         self.xdotool("mousemove", *start, "sleep", 0.15, "mousedown", button, "sleep", 0.15)
         for i in range(1, steps + 1):
             x, y = (round(a + (b - a) * i / steps) for a, b in zip(start, end))
             self.xdotool("mousemove", x, y, "sleep", 0.05)
+
+    def let_go(self, button: int = 1):
         self.xdotool("sleep", 0.15, "mouseup", button)
 
     def key(self, *keys: str):
@@ -77,6 +84,13 @@ class VirtualDisplay:
 
     def type(self, text: str):
         self.xdotool("type", "--delay", 40, text)
+
+    def write(self, place, text: str):
+        """Into a field, over what is there. Keys are lost when the window is held up for longer than hold() holds them: whoever writes looks for the effect."""
+        self.click(*place)
+        self.hold("ctrl", "a")
+        self.type(text)
+        self.hold("Return")
 
     def picture(self) -> np.ndarray:
         """The whole screen, HxWx3 BGR."""
