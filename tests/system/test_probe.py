@@ -93,7 +93,8 @@ def test_a_lower_rate_meets_the_higher_one(rig):
     rig.create_camera("b", size=(320, 240), fps=5, code_strip=True)
     report = run_probe("--frames", "20", "--seconds", "60", *(rig.camera(name).url() for name in ("a", "b")))
     (skew,) = report["skew"]
-    assert skew["common"] == skew["pictures"] > 0  # every picture of b is one of a, too
+    # Every picture of b is one of a, too, but for those that a busy machine did not let a have.
+    assert 0 < skew["common"] <= skew["pictures"] <= skew["common"] + report["sources"][0]["drops"]
     words = subprocess.run([CAMRIG, "probe", "--seconds", "0.5", rig.camera("a").url()], capture_output=True, text=True, timeout=60, check=True)
     assert "RATE" in words.stdout and "LATENCY" in words.stdout
 
