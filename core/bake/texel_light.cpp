@@ -27,6 +27,8 @@ constexpr int rays_of_side = 64;
 constexpr float seen_from_m = 3.0f;
 /// No surface sends on all of what it gets: between two of those light would never end.
 constexpr float most_sent_on = 0.98f;
+/// What is rougher spreads what it mirrors so wide that it is as good as a share of all that comes to it.
+constexpr float most_mirroring = 0.5f;
 /// A bounce that adds no more than this to any layer is the last.
 constexpr double settled_share = 0.003;
 
@@ -55,10 +57,10 @@ LitSide lit_side(const MapPlace& place, const glm::vec3& towards, float front_sh
     return {-place.side, -cosine * (1.0f - front_share)};
 }
 
-/// What of the light that comes to a surface from all around leaves it for a view at that cosine, as it is drawn: of
-/// its color, and of everything.
+/// What of the light that comes to a surface from all around leaves it for a view at that cosine, as it is drawn: in
+/// its color from its base and, of metal, from its surface; and from the surface of what is no metal.
 struct SentOn {
-    float of_color, of_all;
+    float base, metal, surface;
 };
 SentOn sent_on(const world::Material& material, float cosine) {
     static const std::vector<glm::vec2> reflectance = render::make_reflectance_table();
@@ -72,7 +74,8 @@ SentOn sent_on(const world::Material& material, float cosine) {
     };
     const glm::vec2 of_f0 = glm::mix(at(upper), at(upper + 1), row - static_cast<float>(upper));
     const float mirrored = render::dielectric_f0 * of_f0.x + of_f0.y;
-    return {glm::mix(render::share_of_base(cosine), 1.0f, material.metallic), (1.0f - material.metallic) * mirrored};
+    return {(1.0f - material.metallic) * render::share_of_base(cosine), material.metallic,
+            (1.0f - material.metallic) * mirrored};
 }
 
 }  // namespace
@@ -161,7 +164,8 @@ void TexelLight::find_direct() {
     });
 }
 
-TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps) const {
+TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps,
+                                 MirrorsAreMet mirrors) const {
     glm::vec3 through;
     const auto hit = scene_.first_hit(ray, through);
     if (!hit) {
@@ -179,13 +183,26 @@ TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaL
     }
     const std::int32_t number = map_.texel_at(*hit);
     const auto texel = static_cast<std::size_t>(std::max(number, 0));
-    glm::vec3 sent_on_of_it(0.0f);
+    glm::vec3 sent_on_of_it(0.0f), mirrored(0.0f);
+    Gathered seen{};
     if (number >= 0) {
-        const SentOn sent = sent_on(*surface.material, std::abs(glm::dot(surface.side_of(hit->triangle), ray.along)));
-        sent_on_of_it = through * glm::min(colors_[texel] * sent.of_color + sent.of_all, most_sent_on);
+        glm::vec3 side = surface.side_of(hit->triangle);
+        const float cosine = glm::dot(side, ray.along);
+        if (cosine > 0.0f) side = -side;
+        const SentOn sent = sent_on(*surface.material, std::abs(cosine));
+        const glm::vec3 of_base = colors_[texel] * sent.base, of_surface = colors_[texel] * sent.metal + sent.surface;
+        if (mirrors == MirrorsAreMet::yes && surface.material->roughness < most_mirroring) {
+            sent_on_of_it = through * of_base;
+            mirrored = through * glm::min(of_surface, most_sent_on - of_base);
+            look({at + side * lift_m, glm::reflect(ray.along, side)}, seen, AreaLampsCount::yes, MirrorsAreMet::no);
+        } else {
+            sent_on_of_it = through * glm::min(of_base + of_surface, most_sent_on);
+        }
     }
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
-        if (number >= 0) sum[layer] += arriving_[layer][texel] * sent_on_of_it;
+        // Lamps that are points are met by no ray.
+        if (number >= 0)
+            sum[layer] += arriving_[layer][texel] * sent_on_of_it + (seen[layer] + direct_[layer][texel]) * mirrored;
         if (layer == glow_layer_ && (lamps == AreaLampsCount::yes || !AreaLamps::is_lamp(surface)))
             sum[layer] += scene_.glow(hit->surface, hit->triangle, hit->shares) * through;
     }

@@ -39,12 +39,15 @@ public:
     glm::vec3 direct(const MapPlace& place, std::size_t lamp, float front_share = 1.0f) const;
     /// What comes along a ray, added by layer. Rays that are sent to surfaces that are lamps count those.
     enum class AreaLampsCount : bool { no, yes };
+    /// Whether what a smooth surface mirrors is what it sees there; else it is a share of all that comes to it.
+    enum class MirrorsAreMet : bool { no, yes };
     struct Met {
         bool is_inside = false;  ///< of something
         float distance = std::numeric_limits<float>::infinity();
         glm::vec3 side{0.0f};  ///< of what it is inside of, where that is met: away from who is within
     };
-    Met look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps = AreaLampsCount::no) const;
+    Met look(const Ray& ray, std::span<glm::vec3> sum, AreaLampsCount lamps = AreaLampsCount::no,
+             MirrorsAreMet mirrors = MirrorsAreMet::yes) const;
     const AreaLamps& area_lamps() const { return area_lamps_; }
     /// The layer of what glows, which has the area lamps; the count of layers: there is none.
     std::size_t glow_layer() const { return glow_layer_; }

@@ -377,19 +377,6 @@ View sensing(const Shot& shot) {
 }
 
 // Threads draw both in bands, by the same moment of the drawer.
-TEST(Flow, IsAtTheCostOfItsViewAndNotOfASensorsPictureThatComesNext) {
-    TestCamera large = standing;
-    large.size = {960, 720};
-    const Shot shot = shoot(scene_of(false), large);
-    const View next = sensing(shot);
-    software::SoftwareDrawer drawer({.pool = std::make_shared<frame::FramePool>(), .threads = 4});
-    drawer.begin_instant(shot.now);
-    std::vector<frame::FrameRef> frames;
-    drawer.draw(std::vector<const View*>{&shot.view, &next}, 0, frames);
-    ASSERT_EQ(frames.size(), 2u);
-    EXPECT_LT(4 * drawer.cost_ns()[1], drawer.cost_ns()[0]) << "has a 900th of the pixels";
-}
-
 TEST(Flow, AndPicturesOfASensorAreCountedAsOthersAre) {
     const Shot shot = shoot(scene_of(false), standing);
     const View next = sensing(shot);

@@ -80,6 +80,7 @@ struct Surface {
     vec3 view;
     vec3 diffuse;
     vec3 f0;
+    vec3 gain;  // gives back what microfacets lose among each other (Turquin 2019)
     float alpha;
 };
 
@@ -100,7 +101,7 @@ vec3 shade_one(Surface s, vec3 l, vec3 radiance) {
     float visibility = smith_visibility(nl, a2) * smith_visibility(nv, a2);
     float away = 1.0 - vh, away2 = away * away;
     vec3 fresnel = s.f0 + (1.0 - s.f0) * (away2 * away2 * away);
-    return radiance * nl * (s.diffuse * (1.0 - fresnel) + fresnel * (a2 / (d * d) * visibility));
+    return radiance * nl * (s.diffuse * (1.0 - fresnel) + fresnel * s.gain * (a2 / (d * d) * visibility));
 }
 
 float mean(vec3 v) {
@@ -190,7 +191,8 @@ void main() {
     // The surroundings, by the split sum: what of a uniform white world would be reflected, times what is there.
     float nv = clamp(dot(n, s.view), 0.0, 1.0);
     vec2 reflectance = textureLod(reflectance_table, table_place(nv, roughness), 0.0).rg;
-    vec3 mirror = s.f0 * reflectance.x + reflectance.y;
+    s.gain = 1.0 + s.f0 * (1.0 / (reflectance.x + reflectance.y) - 1.0);
+    vec3 mirror = (s.f0 * reflectance.x + reflectance.y) * s.gain;
 #ifdef BLEND
     if (is_glass) mirror *= 2.0 / (1.0 + mean(mirror));  // a pane mirrors at both of its sides
 #endif

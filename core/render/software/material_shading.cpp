@@ -92,6 +92,7 @@ CAMRIG_LANES Lanes3 mapped_normal(const ViewDraw& draw, const SurfacePoints& poi
 /// What a surface does to light.
 struct SurfaceResponse {
     Lanes3 normal, view, diffuse, f0;
+    Lanes3 gain;  ///< gives back what microfacets lose among each other (Turquin 2019)
     Lanes alpha, view_cosine;
     Lanes view_visibility;  ///< the view's factor of Smith's visibility term
 };
@@ -113,7 +114,7 @@ CAMRIG_LANES Lanes3 reflected(const SurfaceResponse& s, const Lanes3& towards, L
     const Lanes away = 1.0f - vh, away2 = away * away;
     const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
     const Lanes3 fresnel = s.f0 + (one - s.f0) * (away2 * away2 * away);
-    return (s.diffuse * (one - fresnel) + fresnel * (a2 / (d * d) * visibility)) * max(cosine, Lanes{});
+    return (s.diffuse * (one - fresnel) + fresnel * s.gain * (a2 / (d * d) * visibility)) * max(cosine, Lanes{});
 }
 
 /// Light from all around on a surface: from the map of baked light or a place of it, or of sky and ground.
@@ -144,13 +145,15 @@ struct Mirror {
 
 /// arriving: light from all around.
 template <typename Isa>
-CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, const SurfaceResponse& s, Lanes roughness,
-                             const Lanes3& position, const Lanes3& arriving) {
+CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, Lanes roughness, const Lanes3& position,
+                             const Lanes3& arriving) {
     const SplitSum& tables = split_sum();
     const scene::AmbientInView& light = geometry.light();
     const TablePlace at = table_place(s.view_cosine, roughness);
     const Lanes scale = looked_up<Isa>(tables.scale.data(), at), bias = looked_up<Isa>(tables.bias.data(), at);
-    const Lanes3 share = s.f0 * scale + Lanes3{bias, bias, bias};
+    const Lanes3 one{lanes(1.0f), lanes(1.0f), lanes(1.0f)};
+    s.gain = one + s.f0 * (1.0f / (scale + bias) - 1.0f);
+    const Lanes3 share = (s.f0 * scale + Lanes3{bias, bias, bias}) * s.gain;
     // The unclamped cosine: a view from below a bent normal is reflected like any other.
     const Lanes3 ray = s.normal * (2.0f * dot(s.normal, s.view)) - s.view;
     // Where images are to be seen in it, it is what is there.

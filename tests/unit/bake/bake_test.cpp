@@ -328,6 +328,44 @@ world::SceneRef thin_box(double side) {
     return scene;
 }
 
+TEST(Bake, ASmoothFloorShowsAWallTheMirrorImageOfALamp) {
+    const auto light_with_floor = [](double color) {
+        auto scene = with_lamp({{"ground", {0, 0, -0.2}, {10, 6, 0.2}, color},
+                                {"wall", {3.5, 0, -0.2}, {1, 6, 4}, 0.0},
+                                {"lamp", {0, 0, 2}, {4, 4, 0.2}, 0.0}},
+                               "lamp", 1.0);
+        auto floor = std::make_shared<world::Model>(*scene->models.at("ground").model);
+        for (world::Material& material : floor->materials) {
+            material.roughness = 0.05f;
+            material.metallic = 1.0f;
+        }
+        scene->models.at("ground").model = floor;
+        return [scene, light = baked(scene, {.texels_per_m = 10.0, .rays = 512})](double height) {
+            const glm::dvec3 normal{-1.0, 0.0, 0.0};
+            return light_at(scene, light, layer_of(light, LightSource::glow), "wall", {3.0, 0.0, height}, normal).g;
+        };
+    };
+    const auto of_metal = light_with_floor(0.5), of_black = light_with_floor(0.0);
+    for (const double height : {0.3, 2.6}) {
+        // The lamp's lower face and the one towards the wall, in the floor.
+        constexpr int steps = 200;
+        double expected = 0.0;
+        const auto add = [&](const glm::dvec3& to_wall, const glm::dvec3& faces, double area) {
+            const double distance2 = glm::dot(to_wall, to_wall);
+            const double cosines = std::max(0.0, glm::dot(faces, to_wall)) * to_wall.x / distance2;
+            expected += 0.5 * cosines * area / (steps * steps) / (std::numbers::pi * distance2);
+        };
+        for (int i = 0; i < steps; ++i) {
+            for (int j = 0; j < steps; ++j) {
+                const double u = (i + 0.5) / steps, v = (j + 0.5) / steps;
+                add({5.0 - 4.0 * u, 2.0 - 4.0 * v, height + 2.0}, {0.0, 0.0, 1.0}, 16.0);
+                add({1.0, 2.0 - 4.0 * u, height + 2.0 + 0.2 * v}, {1.0, 0.0, 0.0}, 0.8);
+            }
+        }
+        EXPECT_NEAR((of_metal(height) - of_black(height)) / expected, 1.0, 0.06) << height;
+    }
+}
+
 TEST(Bake, OfAThinSurfaceTheSideCountsThatIsSeenFromFar) {
     const auto top_of = [](double side) {
         const auto scene = thin_box(side);
