@@ -20,7 +20,7 @@ import pytest
 import camrig
 from conftest import wait_until
 from fault_books import books_balance, check_books  # noqa: F401 (a fixture)
-from rtsp_client import stepping
+from rtsp_client import stepping, strictly_rising, without_repeats
 
 PICTURE_KINDS = ["defocus", "dirt", "covered", "exposure", "white_balance", "noise", "banding", "dead_pixels", "dead_rows", "mirrored",
                  "upside_down", "black"]
@@ -221,7 +221,8 @@ def test_a_stream_goes_on_with_the_same_bytes_and_nothing_is_drawn(rig, kind):
         same = parts(stream, 20)
         assert rig.stats()["renderer"]["views"] == drawn
         assert len({jpeg for jpeg, _ in same}) == 1
-        assert len({sequence for _, sequence in same}) == 20
+        sequences = without_repeats(sequence for _, sequence in same)
+        assert strictly_rising(sequences) and len(sequences) > 5, "not only the same one again"
         rig.fault.clear("desk")
         skip_to(stream, cam.frame().sequence + 2)
         assert len({jpeg for jpeg, _ in parts(stream, 10)}) > 5
@@ -248,7 +249,7 @@ def test_a_damaged_jpeg_reaches_the_stream_and_nobody_else(rig):
     rig.fault.clear("desk")
     rig.fault.set("desk", "corrupt_jpeg", mode="bitflip", amount=100)
     with urllib.request.urlopen(cam.url(), timeout=30) as stream:
-        for jpeg, _ in parts(stream, 10)[1:]:
+        for jpeg, _ in parts(stream, 12)[1:]:  # of which one may be sent again
             assert jpeg.startswith(b"\xff\xd8")
             assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR) is not None, "decoders take it"
         camera = next(one for one in rig.stats()["cameras"] if one["name"] == "desk")
@@ -316,6 +317,7 @@ def test_a_stalled_stream_sends_nothing_and_goes_on(rig):
         while time.monotonic() < deadline:
             assert reader.recv(1 << 16)
     rig.fault.clear("lobby")
+    reader.settimeout(30)
     assert reader.recv(1 << 16)
     reader.close()
 
