@@ -15,7 +15,7 @@ import urllib.request
 import camrig
 from conftest import wait_until
 from fault_books import check_books
-from rtsp_client import HELD_UP_S, longest_hold, rtsp_times
+from rtsp_client import longest_hold, rtsp_times
 from test_fault_devices import under_exec
 from test_faults import RtpPackets
 
@@ -151,7 +151,7 @@ def packets_and_damage(scenes, fail=True):
     """Of a run that nothing held up: a picture that is sent again takes numbers, meets the fault anew, and moves the key pictures."""
     for _ in range(5):
         *told, longest_s = one_run_of_packets(scenes, fail)
-        if longest_s < HELD_UP_S:
+        if longest_s < 0.9:  # nobody joins while it runs: what was sent last is sent again after a second (picture_stamps.cpp)
             return told
         print(f"held up for {longest_s:.2f} s; runs again")
     raise AssertionError("this machine held up five runs")
