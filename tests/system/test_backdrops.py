@@ -313,7 +313,7 @@ def test_a_log_with_backdrops_makes_the_same_cameras_again(tmp_path, mode):
             if mode == "lockstep":
                 rig.step(seconds=0.05)
         world_ns = rig.status()["world_ns"]
-        before = rig.call("world.digest", at_ns=world_ns + (mode == "realtime") * 1_000_000_000)
+        before = rig.call("world.digest", at_ns=world_ns + (mode == "realtime") * 6_000_000_000)  # time for the next rig to be asked
     with camrig.start("minimal", mode=mode, device="cpu", args=["--replay", str(log)]) as rig:
         after = rig.call("world.digest", at_ns=before["world_ns"])
         assert rig.camera("eye").get()["backdrop"]["file"] == str(photo)

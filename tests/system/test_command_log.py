@@ -123,7 +123,7 @@ def test_a_log_makes_the_same_world_again(tmp_path, mode):
             before = digest(rig), pictures(rig)
         else:
             world_ns = rig.status()["world_ns"]
-            before = digest(rig, at_ns=world_ns + 2_000_000_000), None
+            before = digest(rig, at_ns=world_ns + 6_000_000_000), None  # time for the next rig to be asked
     lines = log.read_text().splitlines()
     assert json.loads(lines[0])["camrig_log"] == 1 and len(lines) > 24
     with start(mode=mode, args=["--replay", str(log)]) as rig:
@@ -265,8 +265,11 @@ def test_a_held_world_stands_at_its_limit_and_catches_up():
             before = time.monotonic()
             return rig.status()["world_ns"] * 1e-9, before, time.monotonic()
 
-        (first, *began), _, (last, *ended) = world_s(), time.sleep(0.3), world_s()
-        assert ended[0] - began[1] - 0.1 < last - first < ended[1] - began[0] + 0.1
+        def goes_with_it():
+            (first, *began), _, (last, *ended) = world_s(), time.sleep(0.3), world_s()
+            return ended[0] - began[1] - 0.1 < last - first < ended[1] - began[0] + 0.1
+
+        wait_until(goes_with_it, what="a world that goes as fast as its clock")  # a busy machine holds it up, too
 
 
 def test_what_differs_is_named():
