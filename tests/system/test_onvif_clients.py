@@ -74,8 +74,13 @@ said["back"] = place()
 ptz.RemovePreset({**ask, "PresetToken": said["preset"]})
 pull = device.create_pullpoint_service()
 # It leaves out the text of topics, as its WSDL files know none: what is told shows by the names of the values.
-told = [one.Message._value_1 for one in pull.PullMessages({"Timeout": "PT1S", "MessageLimit": 50}).NotificationMessage]
-said["heard"] = {one.find("{*}Data/{*}SimpleItem").get("Name"): one.get("PropertyOperation") for one in told}
+said["heard"] = {}
+for _ in range(10):  # what is told first may come in more than one answer
+    told = [one.Message._value_1 for one in pull.PullMessages({"Timeout": "PT1S", "MessageLimit": 50}).NotificationMessage]
+    for one in told:
+        said["heard"].setdefault(one.find("{*}Data/{*}SimpleItem").get("Name"), one.get("PropertyOperation"))
+    if {"IsMotion", "IsTamper"} <= said["heard"].keys():
+        break
 try:
     onvif.ONVIFCamera("127.0.0.1", int(port), "camrig", "wrong", wsdl).create_media_service().GetProfiles()
 except onvif.ONVIFError as refused:
