@@ -330,7 +330,7 @@ def test_a_recording_that_is_told_to_end_completes_its_labels_and_the_world_runs
 def test_a_recording_that_takes_too_long_is_a_data_set_and_the_world_runs_on(rig, tmp_path):
     rig.create_camera("a", size=(64, 48), fps=100)
     with pytest.raises(camrig.CamrigTimeout, match="what is there is a data set"):
-        rig.record(tmp_path / "set", ["a"], seconds=1_000_000, timeout=1.0)
+        rig.record(tmp_path / "set", ["a"], seconds=1_000_000, timeout=5.0)  # time for the first frame
     assert rig.status()["paused"] is False
     assert len(json.loads((tmp_path / "set" / "coco.json").read_text())["images"]) == len(journal(tmp_path / "set" / "a"))
 
