@@ -6,7 +6,6 @@ import pathlib
 import socket
 import subprocess
 import sys
-import threading
 import time
 import urllib.parse
 
@@ -14,6 +13,9 @@ import pytest
 
 REPOSITORY = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(REPOSITORY / "tests"))
+
+from camrig import launch  # noqa: E402
+from witness import Witness  # noqa: E402
 
 
 @pytest.fixture(scope="session")
@@ -29,28 +31,24 @@ def wait_until(condition, timeout_s=20.0, what="condition"):
         time.sleep(0.01)
 
 
-class Witness:
-    """A thread that only sleeps, while the block runs: longest_s is how long this machine kept it from going on, at most."""
+@pytest.fixture(scope="session", autouse=True)
+def rigs_end_in_time():
+    """A rig has 5 s for its end ($CAMRIG_STOP_TIMEOUT_S for slower builds), beside the time in which this machine let nobody go on."""
+    end, in_time_s = launch._end, launch._stop_timeout_s()
 
-    def __init__(self):
-        self.longest_s = 0.0
-        self._is_over = threading.Event()
-        self._thread = threading.Thread(target=self._watch, daemon=True)
+    def end_in_time(child):
+        begin = time.monotonic()
+        with Witness() as witness:
+            wrong = end(child)
+        took_s = time.monotonic() - begin
+        if wrong is None and took_s > in_time_s + witness.total_s:
+            return f"took {took_s:.1f} s to end after SIGTERM, of which this machine was held up for {witness.total_s:.1f} s"
+        return wrong
 
-    def _watch(self):
-        before = time.monotonic()
-        while not self._is_over.is_set():
-            time.sleep(0.02)
-            before, late_by_s = (now := time.monotonic()), now - before - 0.02
-            self.longest_s = max(self.longest_s, late_by_s)
-
-    def __enter__(self):
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self._is_over.set()
-        self._thread.join()
+    with pytest.MonkeyPatch.context() as changed:
+        changed.setattr(launch, "_end", end_in_time)
+        changed.setattr(launch, "_stop_timeout_s", lambda: in_time_s + 15)
+        yield
 
 
 @pytest.fixture
