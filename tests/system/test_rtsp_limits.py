@@ -15,7 +15,7 @@ import time
 
 import pytest
 
-from conftest import REPOSITORY, wait_until
+from conftest import REPOSITORY, Witness, wait_until
 from rtsp_client import RtspReader, gst_launch, take
 
 pytestmark = pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
@@ -185,12 +185,14 @@ def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, proces
         pictures, stats = other.pictures, camera_stats(rig, "heavy")
         highest, silent_s, last = 0, 0.0, time.monotonic()
         end = last + STOPPED_S
-        while time.monotonic() < end:
-            before = other.pictures
-            count_for([other], 0.5)
-            silent_s = max(silent_s, time.monotonic() - last)
-            last = time.monotonic() if other.pictures > before else last
-            highest = max(highest, process.rss_kib())
+        with Witness() as witness:
+            while time.monotonic() < end:
+                before = other.pictures
+                count_for([other], 0.5)
+                silent_s = max(silent_s, time.monotonic() - last)
+                last = time.monotonic() if other.pictures > before else last
+                highest = max(highest, process.rss_kib())
+        may_miss = 2 + 25 * witness.total_s  # no stopped client held those up
         made = camera_stats(rig, "heavy")["rendered"] - stats["rendered"]
         sent = camera_stats(rig, "heavy")["outputs"][0]["readers"][0]
         ten_seconds_kib = 10 * sent["bytes"] / max(1, sent["delivered"]) * 25 / 1024
@@ -198,7 +200,7 @@ def test_a_stopped_client_costs_bounded_memory_and_no_time_of_others(rig, proces
               f"10 s of the stream {ten_seconds_kib:.0f} KiB")
         assert silent_s < 4, "the stopped clients are closed after 6 s: until then the others waited for them"
         # What was drawn since the last look at the socket is on its way; what is lost never comes.
-        wait_until(lambda: other.pictures - pictures >= made * 0.99 - 2 or count_for([other], 0.2), 10, "what was made")
+        wait_until(lambda: other.pictures - pictures >= made * 0.99 - may_miss or count_for([other], 0.2), 10, "what was made")
         assert highest - rss < ten_seconds_kib + 16 * 1024
         wait_until(lambda: count_for([other], 0.5) or process.fds() <= fds - 3, 30, "the stopped clients to be closed")
     finally:
@@ -241,6 +243,14 @@ def test_a_stopped_tcp_client_does_not_hold_udp_clients_up(rig, tmp_path, progra
     cam = heavy_camera(rig)
     rests = RtspReader(cam.url("rtsp-mjpeg"))
     rests.ask("PAUSE", rests.url)
+    for _ in range(3):  # on a busy machine the reader may begin too late to tell
+        if is_read_beside_a_stuck_client(rig, cam, programs):
+            return
+    raise AssertionError("it waited until the stuck client was closed")
+
+
+def is_read_beside_a_stuck_client(rig, cam, programs):
+    """Whether a UDP client has its packets before a TCP client that takes nothing is closed."""
     stuck = RtspReader(cam.url("rtsp-mjpeg"))
     take(stuck, 1)  # the only TCP client that plays, and it takes nothing more
     port, own_port = rig.call("server.info")["rtsp"], stuck.socket.getsockname()[1]
@@ -251,12 +261,15 @@ def test_a_stopped_tcp_client_does_not_hold_udp_clients_up(rig, tmp_path, progra
     pipeline = f"rtspsrc location={cam.url('rtsp-mjpeg')} protocols=udp latency=0 ! identity eos-after=3000 ! fakesink"
     reader = programs(gst_launch(pipeline), stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     said = b""
-    while b"Got EOS from element" not in said:
-        assert is_open(port, own_port), "it waited until the stuck client was closed"
+    while (is_in_time := is_open(port, own_port)) and b"Got EOS from element" not in said:
         line = reader.stdout.readline()
         assert line, said
         said += line
+    if not is_in_time:
+        reader.kill()
     reader.communicate(timeout=60)
+    stuck.close()
+    return is_in_time
 
 
 GARBAGE = [b"\0" * 1000, b"GET / HTTP/1.1\r\n\r\n", b"DESCRIBE\r\n\r\n", b"$\0\xff\xff" + b"x" * 100, b"A" * 100_000,
