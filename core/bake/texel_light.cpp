@@ -184,14 +184,17 @@ TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaL
     const std::int32_t number = map_.texel_at(*hit);
     const auto texel = static_cast<std::size_t>(std::max(number, 0));
     glm::vec3 sent_on_of_it(0.0f), mirrored(0.0f);
-    Gathered seen{};
+    bool is_mirror = false;
+    Gathered seen;  // in a mirror
     if (number >= 0) {
         glm::vec3 side = surface.side_of(hit->triangle);
         const float cosine = glm::dot(side, ray.along);
         if (cosine > 0.0f) side = -side;
         const SentOn sent = sent_on(*surface.material, std::abs(cosine));
         const glm::vec3 of_base = colors_[texel] * sent.base, of_surface = colors_[texel] * sent.metal + sent.surface;
-        if (mirrors == MirrorsAreMet::yes && surface.material->roughness < most_mirroring) {
+        is_mirror = mirrors == MirrorsAreMet::yes && surface.material->roughness < most_mirroring;
+        if (is_mirror) {
+            seen.fill(glm::vec3(0.0f));
             sent_on_of_it = through * of_base;
             mirrored = through * glm::min(of_surface, most_sent_on - of_base);
             look({at + side * lift_m, glm::reflect(ray.along, side)}, seen, AreaLampsCount::yes, MirrorsAreMet::no);
@@ -200,9 +203,11 @@ TexelLight::Met TexelLight::look(const Ray& ray, std::span<glm::vec3> sum, AreaL
         }
     }
     for (std::size_t layer = 0; layer < sources_.size(); ++layer) {
+        glm::vec3 sent(0.0f);
+        if (number >= 0) sent = arriving_[layer][texel] * sent_on_of_it;
         // Lamps that are points are met by no ray.
-        if (number >= 0)
-            sum[layer] += arriving_[layer][texel] * sent_on_of_it + (seen[layer] + direct_[layer][texel]) * mirrored;
+        if (is_mirror) sent += (seen[layer] + direct_[layer][texel]) * mirrored;
+        sum[layer] += sent;
         if (layer == glow_layer_ && (lamps == AreaLampsCount::yes || !AreaLamps::is_lamp(surface)))
             sum[layer] += scene_.glow(hit->surface, hit->triangle, hit->shares) * through;
     }

@@ -13,10 +13,6 @@ from pathlib import Path
 import camrig
 
 _REPOSITORY = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(_REPOSITORY / "tests"))
-
-from witness import Witness  # noqa: E402
-
 _spec = importlib.util.spec_from_file_location("rtsp_times", _REPOSITORY / "docs" / "examples" / "rtsp_times.py")
 rtsp_times = importlib.util.module_from_spec(_spec)
 sys.modules["rtsp_times"] = rtsp_times
@@ -33,28 +29,21 @@ class Bystanders:
         self._fps = fps
         self._begin = self._end = 0.0
         self._ended = threading.Event()
-        self._witness = Witness()
         self._threads = [threading.Thread(target=read, daemon=True) for read in (self._read_mjpeg, self._read_rtsp)]
 
     def __enter__(self) -> Bystanders:
         for thread in self._threads:
             thread.start()
         self._begin = time.monotonic()
-        self._witness.__enter__()
         return self
 
     def __exit__(self, *_: object) -> None:
         # A single attack may be over in no time: long enough to tell a loss.
         time.sleep(max(0.0, 5.0 - (time.monotonic() - self._begin)))
         self._end = time.monotonic()
-        self._witness.__exit__()
         self._ended.set()
         for thread in self._threads:
             thread.join(30)
-
-    def lost_to_the_machine(self) -> int:
-        """Frames that were due while this machine kept even a thread that only sleeps from going on."""
-        return int(self._witness.total_s * self._fps)
 
     def losses(self) -> list[tuple[str, int, int]]:
         """(reader, frames that were due by the clock while it read, frames it did not get)."""

@@ -54,8 +54,8 @@ def test_slices_of_h264_are_missing_or_those_of_key_frames(rig, tmp_path):
     clean = nals(rig, "desk", 150, tmp_path / "clean")
     assert clean.count(5) >= 4
     rig.fault.set("desk", "corrupt_video", mode="drop_nal", probability=0.5)
-    some = nals(rig, "desk", 150, tmp_path / "some")
-    assert 0.2 < slices(some) / slices(clean) < 0.8
+    some = nals(rig, "desk", 400, tmp_path / "some")  # of so many pictures a share of a half is told from chance
+    assert 0.3 < slices(some) / slices(clean) < 0.7
     rig.fault.clear("desk")
     rig.fault.set("desk", "corrupt_video", mode="drop_idr", probability=1.0)
     keyless = nals(rig, "desk", 150, tmp_path / "keyless")

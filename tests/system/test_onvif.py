@@ -18,7 +18,7 @@ import zeep.exceptions
 from lxml import etree
 
 import camrig
-from conftest import Witness, wait_until
+from conftest import wait_until
 from onvif_messages import SERVICES, SOAP, TOKEN, WSDL, beside, listens, post, schemas, security
 from ports import free_port
 
@@ -325,10 +325,10 @@ def test_a_thousand_looks_at_the_head_a_second_cost_no_frame_and_move_nothing(ri
         return camera["rendered"], camera["dropped"]
 
     def look_while_it_turns(pan_deg):
-        """Whether nearly all looks came in time and nearly no frame was lost."""
+        """Whether all looks came in time and no frame was lost."""
         status = cam.ptz.move(pan_deg=pan_deg)
         (drawn, lost), begin, told = books(), time.monotonic(), [[] for _ in range(connections)]
-        with Witness() as witness, concurrent.futures.ThreadPoolExecutor(connections + 1) as pool:
+        with concurrent.futures.ThreadPoolExecutor(connections + 1) as pool:
             reading = pool.submit(lambda: [reader.read()[0] for _ in range(25 * seconds - 5)])
             for done in [pool.submit(look, one) for one in told]:
                 done.result()
@@ -338,11 +338,9 @@ def test_a_thousand_looks_at_the_head_a_second_cost_no_frame_and_move_nothing(ri
         # Each connection saw one motion, from rest to rest, as if it alone had looked; and it ended when the head had said that it would.
         assert all(one == sorted(one, reverse=pan_deg > 0) and one[-1] == pytest.approx(-pan_deg / 90) for one in told)
         assert cam.ptz.status()["true"]["pan_deg"] == pan_deg and cam.ptz.status()["arrives_ns"] in (None, status["arrives_ns"])
-        missed, excused = lost_since - lost, 25 * witness.total_s
-        print(f"{sum(map(len, told)) / took:.0f} looks a second, {drawn_since - drawn} frames, {missed} lost, {excused:.1f} excused")
-        return sum(map(len, told)) / took >= 500 and missed <= 0.1 * 25 * seconds + excused and drawn_since - drawn + missed >= 24 * seconds
+        return sum(map(len, told)) / took > 900 and lost_since == lost and drawn_since - drawn >= 24 * seconds
 
-    # Where others take the processor some frames are late with no look to blame; looks that cost frames would do so each time.
+    # Where others take the processor a frame may be late with no look to blame; looks that cost frames would do so each time.
     assert any(look_while_it_turns(pan_deg) for pan_deg in (30, 0, 30, 0, 30))
 
 

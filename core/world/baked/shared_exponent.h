@@ -7,7 +7,8 @@
 #include <glm/glm.hpp>
 
 /// Light in 32 bits: three mantissas of 9 bits, red lowest, and one exponent of 5 for all of them (OpenGL's
-/// EXT_texture_shared_exponent, RGB9_E5). packed_light gives the same bits in twenty times the time.
+/// EXT_texture_shared_exponent, RGB9_E5). glm::packF3x9_E1x5 gives the same bits, by powf and log2f and thus in several
+/// times the time.
 namespace camrig::world {
 
 namespace shared_exponent {
