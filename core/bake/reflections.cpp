@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <numbers>
+#include <queue>
 
 #include "core/bake/ray_sampling.h"
 #include "core/world/scene.h"
@@ -13,12 +14,13 @@ namespace camrig::bake {
 namespace {
 
 /// Beyond the last level surfaces mirror no more than they scatter.
-constexpr float roughest = world::reflection_levels.back().roughness;
+constexpr float roughest = world::reflection_levels[world::roughest_level].roughness;
 constexpr float far_m = 12.0f;           ///< a place so far away is as good as none
 constexpr float sample_m2 = 0.25f;       ///< of what mirrors, for a vote
 constexpr int max_samples = 4096;        ///< of a triangle
 constexpr float floor_share = 0.02f;     ///< of a place near the ground, where things that move may mirror
 constexpr std::size_t max_voted = 4000;  ///< places that are weighed against each other
+constexpr float least_gain = 0.0003f;     ///< of a place, as part of the first one's
 
 bool mirrors(const world::Material& material) {
     return !material.unlit && (material.roughness < roughest || material.metallic_roughness_texture.texture >= 0);
@@ -121,36 +123,51 @@ std::vector<glm::vec3> reflection_places(const RayScene& scene, const world::Sce
     if (!has_mirrors) return {};
     votes.add_ground();
     std::vector<Voted> voted = votes.heaviest();
-    std::vector<glm::vec3> chosen;
-    for (float first_gain = 0.0f; chosen.size() < most;) {
-        float best_gain = 0.0f;
-        const Voted* best = nullptr;
-        for (const Voted& candidate : voted) {
-            float gain = 0.0f;
-            for (const Voted& served : voted)
-                gain += served.weight * std::max(0.0f, served.nearest_m - glm::distance(served.place, candidate.place));
-            if (gain > best_gain) {
-                best_gain = gain;
-                best = &candidate;
-            }
+    const auto gain_of = [&](std::size_t candidate) {
+        float gain = 0.0f;
+        for (const Voted& served : voted)
+            gain +=
+                served.weight * std::max(0.0f, served.nearest_m - glm::distance(served.place, voted[candidate].place));
+        return gain;
+    };
+    // What a place gains never grows, so one whose gain of now is the best of the gains of before is the best: Minoux,
+    // Accelerated greedy algorithms for maximizing submodular set functions, 1978.
+    struct Gain {
+        float value;
+        std::size_t candidate;
+        bool operator<(const Gain& other) const {
+            return value != other.value ? value < other.value : candidate > other.candidate;
         }
-        first_gain = std::max(first_gain, best_gain);
-        if (best == nullptr || best_gain < 0.01f * first_gain) break;
-        chosen.push_back(best->place);
+    };
+    std::priority_queue<Gain> gains;
+    for (std::size_t i = 0; i < voted.size(); ++i) gains.push({gain_of(i), i});
+    const float first_gain = gains.empty() ? 0.0f : gains.top().value;
+    std::vector<glm::vec3> chosen;
+    while (chosen.size() < most && !gains.empty()) {
+        const std::size_t candidate = gains.top().candidate;
+        gains.pop();
+        const Gain now{gain_of(candidate), candidate};
+        if (!gains.empty() && now < gains.top()) {
+            gains.push(now);
+            continue;
+        }
+        if (!(now.value > least_gain * first_gain)) break;
+        chosen.push_back(voted[candidate].place);
         for (Voted& served : voted)
             served.nearest_m = std::min(served.nearest_m, glm::distance(served.place, chosen.back()));
     }
     return chosen;
 }
 
-ReflectionView reflection_view(const glm::vec3& place, std::size_t layers, const LookAlong& look) {
-    constexpr std::array<int, world::reflection_levels.size()> rays{4, 32, 96, 256};
+ReflectionView reflection_view(const glm::vec3& place, std::span<const world::ReflectionLevel> levels,
+                               std::size_t layers, const LookAlong& look) {
+    constexpr std::array<int, world::reflection_levels.size()> rays{32, 96, 256, 4};
     constexpr int rays_of_nearness = 4;
     ReflectionView made;
     made.texels.assign(layers, {});
     std::vector<glm::vec3> seen(layers), sum(layers);
-    for (std::size_t level = 0; level < rays.size(); ++level) {
-        const auto [side, roughness] = world::reflection_levels[level];
+    for (std::size_t level = 0; level < levels.size(); ++level) {
+        const auto [side, roughness] = levels[level];
         for (int y = 0; y < side; ++y) {
             for (int x = 0; x < side; ++x) {
                 const Basis basis(world::octahedral_direction(square_place(x, y, side)));
@@ -188,7 +205,7 @@ ReflectionView reflection_view(const glm::vec3& place, std::size_t layers, const
                 const Ray ray{place, world::octahedral_direction(square_place(x, y, world::nearness_side, moved))};
                 nearness += world::nearness_of(look(ray, seen)) / static_cast<float>(rays_of_nearness);
             }
-            made.nearness.push_back(static_cast<std::uint16_t>(std::lround(65535.0f * nearness)));
+            made.nearness.push_back(static_cast<std::uint16_t>(std::lround(4095.0f * nearness) << 4));
         }
     }
     return made;

@@ -12,7 +12,7 @@
 namespace camrig::bake {
 
 /// Places of the grid in the open, `most` at most, so that what mirrors is near to one: facility location, solved
-/// greedily (Cornuejols et al., 1977), until one more would gain less than a hundredth of the first. None in a scene
+/// greedily (Cornuejols et al., 1977), until one more would gain less than 0.0003 of the first. None in a scene
 /// where nothing mirrors.
 std::vector<glm::vec3> reflection_places(const RayScene& scene, const world::Scene& of, const world::ProbeGrid& grid,
                                          std::span<const std::uint8_t> is_open, std::size_t most);
@@ -22,9 +22,10 @@ using LookAlong = std::function<float(const Ray& ray, std::span<glm::vec3> by_la
 
 /// What one probe sees.
 struct ReflectionView {
-    std::vector<std::vector<glm::vec3>> texels;  ///< by layer, then as world::reflection_levels
+    std::vector<std::vector<glm::vec3>> texels;  ///< by layer, then level after level
     std::vector<std::uint16_t> nearness;
 };
-ReflectionView reflection_view(const glm::vec3& place, std::size_t layers, const LookAlong& look);
+ReflectionView reflection_view(const glm::vec3& place, std::span<const world::ReflectionLevel> levels,
+                               std::size_t layers, const LookAlong& look);
 
 }  // namespace camrig::bake

@@ -86,8 +86,9 @@ void ProbeLight::find_reflections(Transport& to, double share) {
     const auto look_along = [this](const Ray& ray, std::span<glm::vec3> by_layer) {
         return light_.look(ray, by_layer, TexelLight::AreaLampsCount::yes).distance;
     };
-    team_.run(places.size(), share, 1,
-              [&](std::size_t i) { views[i] = reflection_view(places[i], sources_.size(), look_along); });
+    team_.run(places.size(), share, 1, [&](std::size_t i) {
+        views[i] = reflection_view(places[i], world::levels_of_probe(i), sources_.size(), look_along);
+    });
     to.reflections.assign(sources_.size(), {});
     for (const ReflectionView& view : views) {
         to.reflection_probes.nearness.insert(to.reflection_probes.nearness.end(), view.nearness.begin(),

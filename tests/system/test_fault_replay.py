@@ -151,9 +151,9 @@ def packets_and_damage(scenes, fail=True):
     """Of a run that nothing held up: a picture that is sent again takes numbers, meets the fault anew, and moves the key pictures."""
     for _ in range(5):
         *told, longest_s = one_run_of_packets(scenes, fail)
-        if longest_s < 0.9:  # nobody joins while it runs: what was sent last is sent again after a second (picture_stamps.cpp)
+        if longest_s < 0.9 and not sends_again(told[0].pop("video")):  # nobody joins while it runs: what was sent last is sent again after a second (picture_stamps.cpp)
             return told
-        print(f"held up for {longest_s:.2f} s; runs again")
+        print(f"held up for {longest_s:.2f} s or longer; runs again")
     raise AssertionError("this machine held up five runs")
 
 
@@ -190,7 +190,12 @@ def one_run_of_packets(scenes, fail):
     assert any(damage) == fail
     video = shown.pop("corrupt_video")
     longest_s = longest_hold(moments)
-    return {**{kind: by_picture(packets) for kind, packets in shown.items()}, "corrupt_video": access_units(video)}, damage, longest_s
+    return {**{kind: by_picture(packets) for kind, packets in shown.items()}, "corrupt_video": access_units(video), "video": video}, damage, longest_s
+
+
+def sends_again(packets):
+    """Whether a picture came twice: where what is seen of a run begins, its first one may be a while old."""
+    return len({packet[4:8] for packet in packets}) > len(access_units(packets))
 
 
 def access_units(packets):

@@ -15,17 +15,21 @@ int round_up(int count, std::initializer_list<int> steps) {
 
 /// Of shaders/reflections.glsl.
 std::string reflection_defines() {
-    static_assert(world::reflection_levels[3].side == world::reflection_levels[0].side >> 3);
-    std::string starts;
-    for (const std::int32_t start : scene::ReflectionMaps::level_starts)
-        starts += (starts.empty() ? "" : ", ") + std::to_string(start);
+    const auto list = [](const auto& value) {
+        std::string made;
+        for (std::size_t i = 0; i < world::reflection_levels.size(); ++i)
+            made += (made.empty() ? "" : ", ") + std::to_string(value(i));
+        return made;
+    };
+    const auto& levels = world::reflection_levels;
     return "#define MAX_REFLECTION_PROBES " + std::to_string(world::max_reflection_probes) +
-           "\n#define REFLECTION_LEVELS " + std::to_string(world::reflection_levels.size()) +
-           "\n#define REFLECTION_STARTS " + starts + "\n#define REFLECTION_SIDE " +
-           std::to_string(world::reflection_levels[0].side) + "\n#define NEARNESS_SIDE " +
-           std::to_string(world::nearness_side) + "\n#define ROUGHNESS_OF_LEVEL " +
-           std::to_string(world::roughness_of_level) + "\n#define ROUGHEST_REFLECTION " +
-           std::to_string(world::reflection_levels.back().roughness) + "\n";
+           "\n#define MOST_MIRROR_PROBES " + std::to_string(world::most_mirror_probes) + "\n#define MIRROR_LEVEL " +
+           std::to_string(world::mirror_level) + "\n#define TEXELS_OF_MIRROR " +
+           std::to_string(scene::ReflectionMaps::texels_of_mirror) + "\n#define REFLECTION_STARTS " +
+           list([](std::size_t i) { return scene::ReflectionMaps::level_starts[i]; }) + "\n#define REFLECTION_SIDES " +
+           list([&](std::size_t i) { return levels[i].side; }) + "\n#define REFLECTION_ROUGHNESS " +
+           list([&](std::size_t i) { return levels[i].roughness; }) + "\n#define NEARNESS_SIDE " +
+           std::to_string(world::nearness_side) + "\n";
 }
 
 }  // namespace

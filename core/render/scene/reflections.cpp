@@ -31,10 +31,11 @@ void add_bordered(int side, const Value& value, std::vector<To>& to) {
 ReflectionMaps sum_reflections(const world::BakedLight& light, const std::vector<glm::vec3>& weights) {
     ReflectionMaps made;
     const std::size_t probes = light.reflection_probes.places.size();
-    made.texels.reserve(probes * static_cast<std::size_t>(ReflectionMaps::level_starts.back()));
+    made.cells = ProbeCells(light.reflection_probes.places);
+    made.texels.reserve(static_cast<std::size_t>(ReflectionMaps::start_of(static_cast<std::int32_t>(probes))));
     std::size_t first = 0;
     for (std::size_t probe = 0; probe < probes; ++probe) {
-        for (const world::ReflectionLevel& level : world::reflection_levels) {
+        for (const world::ReflectionLevel& level : world::levels_of_probe(probe)) {
             add_bordered(
                 level.side,
                 [&](std::size_t texel) {
@@ -44,7 +45,7 @@ ReflectionMaps sum_reflections(const world::BakedLight& light, const std::vector
                     return world::packed_light(sum);
                 },
                 made.texels);
-            first += static_cast<std::size_t>(level.side * level.side);
+            first += level.texels();
         }
         const std::uint16_t* const nearness =
             light.reflection_probes.nearness.data() + probe * world::texels_of_nearness;
@@ -55,17 +56,8 @@ ReflectionMaps sum_reflections(const world::BakedLight& light, const std::vector
     return made;
 }
 
-ReflectionsInView reflections_in_view(const ReflectionMaps& maps, const world::ReflectionProbes& probes,
-                                      const ViewTransform& view, const glm::vec3& gain) {
-    ReflectionsInView made;
-    made.maps = &maps;
-    made.world_from_optical = glm::transpose(glm::mat3(view.optical_from_world));
-    made.gain = gain;
-    for (const glm::vec3& place : probes.places) {
-        const glm::vec3 in_view(view.optical_from_world * (glm::dvec3(place) - view.eye));
-        for (glm::length_t i = 0; i < 3; ++i) made.places[static_cast<std::size_t>(i)].push_back(in_view[i]);
-    }
-    return made;
+ReflectionsInView reflections_in_view(const ReflectionMaps& maps, const ViewTransform& view, const glm::vec3& gain) {
+    return {&maps, glm::vec3(view.eye - maps.cells.first()), glm::transpose(glm::mat3(view.optical_from_world)), gain};
 }
 
 }  // namespace camrig::render::scene

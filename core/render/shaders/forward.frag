@@ -205,7 +205,7 @@ void main() {
     // As the mirror image is to the surface in the open, so it is here: but of what is dark in the open that has no bound.
     vec3 in_open = hemisphere(n);
     mirrored = around * mix(vec3(1.0), min(mirrored / max(in_open, 1e-6), 2.0), greaterThan(in_open, vec3(1e-6)));
-    mirrored = with_images(mirrored, position, ray, roughness);
+    mirrored = with_images(mirrored, position, n, s.view, nv, roughness, mean(s.f0));
 #endif
 #ifdef OCCLUSION_UV
     // Lagarde and de Rousiers, Moving Frostbite to physically based rendering, 2014: what hides the sky from a surface

@@ -32,8 +32,8 @@ void ViewGeometry::begin_view(const scene::SceneView& view, std::shared_ptr<cons
     if (baked_ != nullptr) {
         const glm::vec3 gain = view.light_gain * view.exposure_gain;
         light_of_map_ = baked_->scale * gain;
-        if (const auto& probes = baked_->light->reflection_probes; !probes.places.empty())
-            reflections_ = scene::reflections_in_view(baked_->reflections, probes, view.transform, gain);
+        if (!baked_->light->reflection_probes.places.empty())
+            reflections_ = scene::reflections_in_view(baked_->reflections, view.transform, gain);
     }
     light_ = scene::ambient_in_view(view.scene->environment(), view.exposure(), view.transform);
     fog_ = view.fog();

@@ -89,6 +89,10 @@ CAMRIG_LANES Lanes3 mapped_normal(const ViewDraw& draw, const SurfacePoints& poi
     return select(has_area, unit(t * x + b * y + n * z), n);
 }
 
+CAMRIG_LANES Lanes mean(const Lanes3& v) {
+    return (v.x + v.y + v.z) * (1.0f / 3.0f);
+}
+
 /// What a surface does to light.
 struct SurfaceResponse {
     Lanes3 normal, view, diffuse, f0;
@@ -157,12 +161,14 @@ CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, L
     // The unclamped cosine: a view from below a bent normal is reflected like any other.
     const Lanes3 ray = s.normal * (2.0f * dot(s.normal, s.view)) - s.view;
     // Where images are to be seen in it, it is what is there.
-    constexpr float roughest = world::reflection_levels.back().roughness, fading = 0.1f;
+    constexpr float roughest = world::reflection_levels[world::roughest_level].roughness, fading = 0.1f;
     const Lanes sharp = geometry.baked() == nullptr || geometry.reflections() == nullptr
                             ? Lanes{}
                             : clamp01((roughest - roughness) * (1.0f / fading));
     Lanes3 images{};
-    if (Isa::bits(sharp > 0.0f) != 0) images = light_along<Isa>(*geometry.reflections(), position, ray, roughness);
+    if (Isa::bits(sharp > 0.0f) != 0)
+        images = mirrored_light<Isa>(*geometry.reflections(), position,
+                                     {s.normal, s.view, s.view_cosine, roughness, mean(s.f0)});
     if (Isa::bits(sharp < 1.0f) == 0) return {share, images};
     const Lanes height = dot(ray, splat(light.up));
     const Lanes sky = looked_up<Isa>(tables.sky.data(), table_place(0.5f + 0.5f * height, roughness));
@@ -179,10 +185,6 @@ CAMRIG_LANES Mirror mirrored(const ViewGeometry& geometry, SurfaceResponse& s, L
         arriving * Lanes3{part(mirror.light.x, open.x), part(mirror.light.y, open.y), part(mirror.light.z, open.z)};
     mirror.light = mirror.light * (1.0f - sharp) + images * sharp;
     return mirror;
-}
-
-CAMRIG_LANES Lanes mean(const Lanes3& v) {
-    return (v.x + v.y + v.z) * (1.0f / 3.0f);
 }
 
 /// Light that a surface sends by itself, which alpha does not thin, as a color to be blended by that alpha. What

@@ -1,5 +1,9 @@
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <bit>
+
 #include "core/render/scene/reflections.h"
 #include "core/render/software/lambert.h"
 #include "core/render/software/lanes.h"
@@ -45,13 +49,40 @@ CAMRIG_LANES auto between_texels(const SquarePlace& at, IntLanes row, const Valu
     return upper * (1.0f - at.down) + lower * at.down;
 }
 
+/// Numbers of world::reflection_levels that a place lies between, and how much of the second it has.
+struct LevelsBetween {
+    IntLanes lower, upper;
+    Lanes part;
+};
+/// roughness: of the surface, which says whether it is a mirror; spread: as rough as what it mirrors looks.
+CAMRIG_LANES LevelsBetween levels_between(Lanes roughness, Lanes spread) {
+    constexpr auto& levels = world::reflection_levels;
+    static_assert(levels.size() == 4);
+    constexpr float first = levels[0].roughness, second = levels[1].roughness, third = levels[2].roughness;
+    const IntLanes is_mirror = roughness < first;
+    const Lanes at = max(min((spread - first) * (1.0f / (second - first)),
+                             min((spread - second) * (1.0f / (third - second)) + 1.0f, lanes(2.0f))),
+                         Lanes{});
+    const IntLanes lower = at >= 1.0f ? IntLanes{} + 1 : IntLanes{};
+    LevelsBetween made;
+    made.lower = is_mirror ? IntLanes{} + static_cast<std::int32_t>(world::mirror_level) : lower;
+    made.upper = is_mirror ? IntLanes{} : lower + 1;
+    made.part = is_mirror ? clamp01(spread * (1.0f / first)) : at - __builtin_convertvector(lower, Lanes);
+    return made;
+}
+
 template <typename Isa>
 CAMRIG_LANES Lanes3 level_light(const scene::ReflectionMaps& maps, IntLanes probe, IntLanes level,
                                 const Lanes3& direction) {
-    static_assert(world::reflection_levels[3].side == world::reflection_levels[0].side >> 3);
-    const IntLanes sides = (IntLanes{} + world::reflection_levels[0].side) >> level;
+    constexpr auto& levels = world::reflection_levels;
+    constexpr auto mirror = static_cast<std::int32_t>(world::mirror_level);
+    static_assert(levels[world::roughest_level].side == levels[0].side >> world::roughest_level);
+    const IntLanes sides =
+        level == mirror ? IntLanes{} + levels[world::mirror_level].side : (IntLanes{} + levels[0].side) >> level;
     SquarePlace at = square_place(direction, __builtin_convertvector(sides, Lanes));
-    at.first += probe * scene::ReflectionMaps::level_starts.back() +
+    constexpr auto most = static_cast<std::int32_t>(world::most_mirror_probes);
+    at.first += probe * scene::ReflectionMaps::level_starts[world::mirror_level] +
+                (probe < most ? probe : IntLanes{} + most) * scene::ReflectionMaps::texels_of_mirror +
                 gathered<Isa>(scene::ReflectionMaps::level_starts.data(), level);
     const auto* const words = reinterpret_cast<const std::int32_t*>(maps.texels.data());
     return between_texels(at, sides + 2, [&](IntLanes index) __attribute__((always_inline)) {
@@ -89,49 +120,131 @@ CAMRIG_LANES SeenPlace seen_from(const scene::ReflectionMaps& maps, IntLanes pro
     return {direction, farther};
 }
 
-/// Light that comes along a ray from the surroundings of places, both in the optical frame, as a surface of that
-/// roughness spreads it: from the two nearest probes.
+/// The two nearest probes of places, and how much of the second counts.
+struct NearestProbes {
+    IntLanes first, second;
+    Lanes share;
+};
+/// place: from ProbeCells::first(). Mirrors have those that have an image for them.
 template <typename Isa>
-CAMRIG_LANES Lanes3 light_along(const scene::ReflectionsInView& view, const Lanes3& position, const Lanes3& ray,
-                                Lanes roughness) {
-    const auto [xs, ys, zs] = std::array{view.places[0].data(), view.places[1].data(), view.places[2].data()};
+CAMRIG_LANES NearestProbes nearest_probes(const scene::ProbeCells& cells, const Lanes3& place, IntLanes is_mirror) {
+    const auto [xs, ys, zs] = std::array{cells.places()[0].data(), cells.places()[1].data(), cells.places()[2].data()};
     Lanes first2 = lanes(1e30f), second2 = lanes(1e30f);
     IntLanes first{}, second{};
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(view.places[0].size()); ++i) {
-        const Lanes3 away{position.x - xs[i], position.y - ys[i], position.z - zs[i]};
+    const auto weigh = [&](std::int32_t i, IntLanes who) __attribute__((always_inline)) {
+        const Lanes3 away{place.x - xs[i], place.y - ys[i], place.z - zs[i]};
         const Lanes distance2 = dot(away, away);
-        const IntLanes is_first = distance2 < first2, is_second = distance2 < second2;
+        // One may be weighed twice.
+        const IntLanes is_first = who & (distance2 < first2), is_second = who & (distance2 < second2) & (first != i);
         second = is_first ? first : is_second ? IntLanes{} + i : second;
         second2 = is_first ? first2 : is_second ? distance2 : second2;
         first = is_first ? IntLanes{} + i : first;
         first2 = is_first ? distance2 : first2;
+    };
+    if (Isa::bits(is_mirror) != 0) {
+        const auto count = static_cast<std::int32_t>(std::min(cells.size(), world::most_mirror_probes));
+        for (std::int32_t i = 0; i < count; ++i) weigh(i, is_mirror);
     }
-    // Half of each where they are equally far, and no more of the second where it is a third further away.
-    constexpr float alone = 0.5625f;
+    const glm::ivec3& count = cells.count();
+    IntLanes is_inside{};
+    is_inside = ~is_inside;
+    const auto cell_along = [&](Lanes at, std::int32_t most) __attribute__((always_inline)) {
+        const Lanes cell = floor(at * cells.cells_per_m());
+        is_inside &= (cell >= 0.0f) & (cell < static_cast<float>(most));
+        return truncated(min(max(cell, Lanes{}), lanes(static_cast<float>(most - 1))));
+    };
+    const IntLanes x = cell_along(place.x, count.x), y = cell_along(place.y, count.y), z = cell_along(place.z, count.z);
+    const IntLanes cell = is_inside ? (z * count.y + y) * count.x + x : IntLanes{} + cells.beyond();
+    for (unsigned left = Isa::bits(~is_mirror); left != 0;) {
+        const std::int32_t one = cell[std::countr_zero(left)];
+        const IntLanes is_there = cell == one;
+        left &= ~Isa::bits(is_there);
+        for (const std::uint16_t i : cells.of(one)) weigh(i, is_there & ~is_mirror);
+    }
+    // Half of each where they are equally far, and no more of the second where it is a sixth further away.
+    constexpr float alone = 0.7225f;
     const Lanes nearly = clamp01((first2 / second2 - alone) * (1.0f / (1.0f - alone)));
-    const Lanes share = nearly * nearly * (1.5f - nearly);
+    return {first, second, nearly * nearly * (1.5f - nearly)};
+}
 
+/// A surface that mirrors.
+struct Mirroring {
+    Lanes3 normal, view;  ///< unit, in the optical frame; view: towards who looks
+    Lanes cosine;         ///< of the angle between them, from 0 to 1
+    Lanes roughness, f0;
+};
+
+/// Light that a surface mirrors, in the optical frame, from the two nearest probes. A probe's image is spread evenly
+/// about each direction; seen aslant, a rough surface spreads what it mirrors no wider across than the cosine leaves of
+/// it, and all the wider up and down. So the image is as sharp as that, and looked at in three directions, which halves
+/// turned towards and away from who looks mirror; each counts as microfacets there do (Walter et al., Microfacet models
+/// for refraction through rough surfaces, 2007).
+template <typename Isa>
+CAMRIG_LANES Lanes3 mirrored_light(const scene::ReflectionsInView& view, const Lanes3& position, const Mirroring& of) {
     const glm::mat3& turn = view.world_from_optical;
     const auto in_world = [&](const Lanes3& v) __attribute__((always_inline)) {
         return PointGroup::vector(turn[0]) * v.x + PointGroup::vector(turn[1]) * v.y +
                PointGroup::vector(turn[2]) * v.z;
     };
-    const Lanes3 along = in_world(ray);
-    constexpr auto last = static_cast<float>(world::reflection_levels.size() - 1);
-    const auto of = [&](IntLanes probe) __attribute__((always_inline)) {
-        const Lanes3 from_probe =
-            in_world({position.x - gathered<Isa>(xs, probe), position.y - gathered<Isa>(ys, probe),
-                      position.z - gathered<Isa>(zs, probe)});
-        const SeenPlace seen = seen_from<Isa>(*view.maps, probe, from_probe, along);
+    const scene::ProbeCells& cells = view.maps->cells;
+    const Lanes3 place = in_world(position) + PointGroup::vector(view.eye);
+    const IntLanes is_mirror = of.roughness < world::reflection_levels[0].roughness;
+    const NearestProbes probes = nearest_probes<Isa>(cells, place, is_mirror);
+
+    // In the plane of view and normal, x towards who looks.
+    constexpr float least_cosine = 0.02f;
+    const Lanes alpha = of.roughness * of.roughness, alpha2 = alpha * alpha;
+    const Lanes z = max(of.cosine, lanes(least_cosine)), x = sqrt(max(1.0f - z * z, Lanes{}));
+    const Lanes3 aside = of.view - of.normal * dot(of.normal, of.view);
+    const Lanes3 axis = aside * (1.0f / sqrt(max(dot(aside, aside), lanes(1e-12f))));
+    const auto masking = [&](Lanes cosine) __attribute__((always_inline)) {
+        const Lanes cosine2 = cosine * cosine;
+        return 0.5f * sqrt(1.0f + alpha2 * (1.0f - cosine2) / cosine2);  // Smith's, and a half
+    };
+    constexpr std::array<float, 3> halves{0.0f, 0.76f,
+                                          -0.76f};  // of alpha; where pictures are nearest to the whole lobe
+    const int looks = Isa::bits(~is_mirror) == 0 ? 1 : 3;
+    std::array<Lanes3, 3> ways;
+    std::array<Lanes, 3> weights;
+    Lanes sum{};
+    const Lanes masked = masking(z);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(looks); ++i) {
+        const Lanes turned = alpha * x * halves[i], half_z = 1.0f / sqrt(1.0f + turned * turned),
+                    half_x = turned * half_z;
+        const Lanes cosine = x * half_x + z * half_z;
+        const Lanes way_x = 2.0f * cosine * half_x - x, way_z = 2.0f * cosine * half_z - z;
+        const Lanes away = 1.0f - clamp01(cosine), away2 = away * away;
+        const Lanes fresnel = of.f0 + (1.0f - of.f0) * (away2 * away2 * away);
+        const Lanes weight = fresnel * cosine / (masked + masking(max(way_z, lanes(least_cosine))));
+        weights[i] = (cosine > 0.0f) & (way_z > 0.0f) ? weight : Lanes{};
+        sum += weights[i];
+        ways[i] = in_world(axis * way_x + of.normal * max(way_z, lanes(least_cosine)));
+    }
+    const Lanes inverse = 1.0f / max(sum, lanes(1e-9f));
+    for (std::size_t i = 0; i < static_cast<std::size_t>(looks); ++i) weights[i] = weights[i] * inverse;
+
+    const Lanes across = sqrt(alpha * z);  // as roughness
+    const auto seen_by = [&](IntLanes probe) __attribute__((always_inline)) {
+        const auto along = [&](std::size_t i, Lanes from) __attribute__((always_inline)) {
+            return from - gathered<Isa>(cells.places()[i].data(), probe);
+        };
+        const SeenPlace seen =
+            seen_from<Isa>(*view.maps, probe, {along(0, place.x), along(1, place.y), along(2, place.z)}, ways[0]);
         // What is near is spread over less of itself than the probe, which is farther away, has it (Lagarde and de
         // Rousiers, Moving Frostbite to physically based rendering, 2014).
-        const Lanes at = min(roughness * seen.farther * (1.0f / world::roughness_of_level), lanes(last));
-        const Lanes level = min(floor(at), lanes(last - 1.0f)), rougher = at - level;
-        return level_light<Isa>(*view.maps, probe, truncated(level), seen.direction) * (1.0f - rougher) +
-               level_light<Isa>(*view.maps, probe, truncated(level) + 1, seen.direction) * rougher;
+        const LevelsBetween levels = levels_between(of.roughness, across * seen.farther);
+        Lanes3 light{};
+        for (std::size_t i = 0; i < static_cast<std::size_t>(looks); ++i) {
+            const Lanes3 way = seen.direction + (ways[i] - ways[0]) * seen.farther;
+            light = light + (level_light<Isa>(*view.maps, probe, levels.lower, way) * (1.0f - levels.part) +
+                             level_light<Isa>(*view.maps, probe, levels.upper, way) * levels.part) *
+                                weights[i];
+        }
+        return light;
     };
-    Lanes3 light = of(first);
-    if (Isa::bits(share > 0.0f) != 0) light = light * (1.0f - share) + of(second) * share;
+    Lanes3 light = seen_by(probes.first);
+    if (Isa::bits(probes.share > 0.0f) != 0)
+        light = light * (1.0f - probes.share) + seen_by(probes.second) * probes.share;
     return light * PointGroup::vector(view.gain);
 }
 

@@ -55,7 +55,7 @@ struct LightLayer {
     std::vector<std::size_t> lamps;     ///< of LightSource::lamp: into Scene::lights, alike in colour and strength
     std::vector<std::uint32_t> texels;  ///< of the map, top row first, as packed_light()
     std::vector<LightProbe> probes;     ///< of the grid, x fastest
-    /// What reflection probes see of it, as radiance in units of shading: probe after probe, reflection_levels, rows;
+    /// What reflection probes see of it, as radiance in units of shading: probe after probe, levels_of_probe(), rows;
     /// packed as texels.
     std::vector<std::uint32_t> reflections;
 };

@@ -21,7 +21,7 @@ namespace {
 // A line, the length of a JSON text, the text, and then parts that are compressed each by itself: cuts of the models
 // that are cut, which probes are open, how near reflection probes see things, and of each layer its texels, its probes
 // and its reflections.
-constexpr std::string_view magic = "camrig light 5\n";
+constexpr std::string_view magic = "camrig light 6\n";
 constexpr std::size_t max_header_bytes = std::size_t{16} << 20;
 constexpr std::size_t max_part_bytes = std::size_t{512} << 20;
 
@@ -151,10 +151,9 @@ Result<void> read_layers(Reader& reader, BakedLight& light) {
     std::span<const std::byte> left(*open);
     take_values(left, light.grid.size(), light.grid.is_open);
     const std::size_t reflections = light.reflection_probes.places.size();
-    const auto nearness = reader.take_part(reflections * texels_of_nearness * sizeof(std::uint16_t));
+    const auto nearness = reader.take_part(reflections * texels_of_nearness * bytes_of_nearness);
     if (!nearness) return std::unexpected(nearness.error());
-    left = *nearness;
-    take_values(left, reflections * texels_of_nearness, light.reflection_probes.nearness);
+    light.reflection_probes.nearness = unpack_nearness(*nearness);
     for (LightLayer& layer : light.layers) {
         const auto texels = reader.take_part(bytes_of_light_texel * static_cast<std::size_t>(light.size.pixels()));
         if (!texels) return std::unexpected(texels.error());
@@ -162,9 +161,9 @@ Result<void> read_layers(Reader& reader, BakedLight& light) {
         const auto probes = reader.take_part(light.grid.size() * bytes_of_light_probe);
         if (!probes) return std::unexpected(probes.error());
         layer.probes = unpack_light_probes(*probes);
-        const auto seen = reader.take_part(bytes_of_light_texel * reflections * texels_of_reflection);
+        const auto seen = reader.take_part(bytes_of_light_texel * texels_of_reflections(reflections));
         if (!seen) return std::unexpected(seen.error());
-        layer.reflections = unpack_light_texels(*seen);
+        layer.reflections = unpack_light_texels(*seen, mirror_light_steps);
     }
     return {};
 }
@@ -187,11 +186,11 @@ std::vector<std::byte> encode_baked_light(const BakedLight& light) {
         writer.add_part(part);
     }
     writer.add_part(bytes_of(light.grid.is_open));
-    writer.add_part(bytes_of(light.reflection_probes.nearness));
+    writer.add_part(pack_nearness(light.reflection_probes.nearness));
     for (const LightLayer& layer : light.layers) {
         writer.add_part(pack_light_texels(layer.texels));
         writer.add_part(pack_light_probes(layer.probes));
-        writer.add_part(pack_light_texels(layer.reflections));
+        writer.add_part(pack_light_texels(layer.reflections, mirror_light_steps));
     }
     return writer.take();
 }

@@ -87,6 +87,7 @@ void unpack(std::span<const std::byte> bytes, const Take& take) {
 /// Of a probe: its mean, and then how light differs by direction.
 constexpr std::size_t numbers_of_texel = bytes_of_light_texel / 2, numbers_of_probe = bytes_of_light_probe / 2;
 constexpr float steps_of_mean = 256.0f, most_of_mean = 8.0f;
+constexpr int dropped_of_nearness = 4;
 
 /// Calls visit(number, channel, value) for what a probe has beside its mean.
 template <typename Probe, typename Visit>
@@ -101,20 +102,24 @@ void each_difference(Probe& probe, const Visit& visit) {
 
 }  // namespace
 
-std::vector<std::byte> pack_light_texels(std::span<const std::uint32_t> texels) {
+std::vector<std::byte> pack_light_texels(std::span<const std::uint32_t> texels, int steps) {
     return pack<numbers_of_texel>(texels.size(), [&](std::size_t i) {
         Numbers<numbers_of_texel> numbers;
         put_color(unpacked_light(texels[i]), numbers);
+        // Not each channel by itself: what is grey stays so.
+        for (int& number : numbers) number = static_cast<int>(std::lround(static_cast<double>(number) / steps));
         return numbers;
     });
 }
 
-std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes) {
+std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes, int steps) {
     const Values& values = values_of_codes();
     std::vector<std::uint32_t> texels;
     texels.reserve(bytes.size() / bytes_of_light_texel);
-    unpack<numbers_of_texel>(bytes,
-                             [&](const auto& numbers) { texels.push_back(packed_light(color_of(numbers, values))); });
+    unpack<numbers_of_texel>(bytes, [&](Numbers<numbers_of_texel> numbers) {
+        for (int& number : numbers) number *= steps;
+        texels.push_back(packed_light(color_of(numbers, values)));
+    });
     return texels;
 }
 
@@ -146,6 +151,20 @@ std::vector<LightProbe> unpack_light_probes(std::span<const std::byte> bytes) {
         });
     });
     return probes;
+}
+
+std::vector<std::byte> pack_nearness(std::span<const std::uint16_t> nearness) {
+    return pack<1>(nearness.size(), [&](std::size_t i) { return Numbers<1>{nearness[i] >> dropped_of_nearness}; });
+}
+
+std::vector<std::uint16_t> unpack_nearness(std::span<const std::byte> bytes) {
+    std::vector<std::uint16_t> nearness;
+    nearness.reserve(bytes.size() / bytes_of_nearness);
+    unpack<1>(bytes, [&](const auto& numbers) {
+        const int upper = std::clamp(numbers[0], 0, 0xFFFF >> dropped_of_nearness);
+        nearness.push_back(static_cast<std::uint16_t>(upper << dropped_of_nearness));
+    });
+    return nearness;
 }
 
 }  // namespace camrig::world

@@ -13,12 +13,19 @@ namespace camrig::world {
 
 inline constexpr std::size_t bytes_of_light_texel = 6, bytes_of_light_probe = 54;
 
-/// texels: as packed_light().
-std::vector<std::byte> pack_light_texels(std::span<const std::uint32_t> texels);
-std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes);
+/// texels: as packed_light(). steps: of the logarithms that are kept as one; a mirror image, of which a surface sends
+/// on some per cent, needs no more than every fourth.
+inline constexpr int fine_light_steps = 1, mirror_light_steps = 4;
+std::vector<std::byte> pack_light_texels(std::span<const std::uint32_t> texels, int steps = fine_light_steps);
+std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes, int steps = fine_light_steps);
 
 /// How light differs by direction is kept as a share of its mean, in steps of 1/256, up to 8.
 std::vector<std::byte> pack_light_probes(std::span<const LightProbe> probes);
 std::vector<LightProbe> unpack_light_probes(std::span<const std::byte> bytes);
+
+/// Of world::nearness_of(), the upper 12 bits of 16.
+inline constexpr std::size_t bytes_of_nearness = 2;
+std::vector<std::byte> pack_nearness(std::span<const std::uint16_t> nearness);
+std::vector<std::uint16_t> unpack_nearness(std::span<const std::byte> bytes);
 
 }  // namespace camrig::world

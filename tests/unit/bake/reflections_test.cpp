@@ -1,7 +1,10 @@
 #include "core/bake/reflections.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -69,7 +72,7 @@ TEST(ReflectionMaps, GoOnOverTheEdgesOfTheirSquares) {
                 layer.reflections.push_back(world::packed_light(value(world::octahedral_direction(
                     (glm::vec2(x, y) + 0.5f) * (2.0f / static_cast<float>(level.side)) - 1.0f))));
     const ReflectionMaps maps = render::scene::sum_reflections(light, {glm::vec3(2.0f)});
-    ASSERT_EQ(maps.texels.size(), static_cast<std::size_t>(ReflectionMaps::level_starts.back()));
+    ASSERT_EQ(maps.texels.size(), static_cast<std::size_t>(ReflectionMaps::start_of(1)));
     std::mt19937 random(2);
     std::normal_distribution<float> normal;
     for (std::int32_t level = 0; level < 4; ++level) {
@@ -106,7 +109,7 @@ TEST(Reflections, ARayFromAnywhereMeetsWhatIsThere) {
         statics->baked_light = std::make_shared<const world::BakedLight>(light);
         return render::scene::layer_weights(*statics);
     }());
-    const auto view = render::scene::reflections_in_view(maps, light.reflection_probes, {}, glm::vec3(1.0f));
+    const auto view = render::scene::reflections_in_view(maps, {}, glm::vec3(1.0f));
     std::mt19937 random(3);
     std::uniform_real_distribution<float> place(-2.5f, 2.0f), unit(0.0f, 1.0f);
     int met = 0, of_met = 0, missed = 0, of_missed = 0;
@@ -117,9 +120,9 @@ TEST(Reflections, ARayFromAnywhereMeetsWhatIsThere) {
         const glm::vec3 along = glm::normalize(to - from);
         const float beside = std::max(std::abs(to.y) - 0.5f, std::abs(to.z - 1.5f) - 0.5f);
         if (std::abs(beside) < 0.3f) continue;  // at most 20 cm: three texels of 3 degrees
-        const Lanes3 seen = render::software::light_along<render::software::PlainIsa>(
-            view, {lanes(from.x), lanes(from.y), lanes(from.z)}, {lanes(along.x), lanes(along.y), lanes(along.z)},
-            lanes(0.0f));
+        const Lanes3 way{lanes(along.x), lanes(along.y), lanes(along.z)};
+        const Lanes3 seen = render::software::mirrored_light<render::software::PlainIsa>(
+            view, {lanes(from.x), lanes(from.y), lanes(from.z)}, {way, way, lanes(1.0f), lanes(0.0f), lanes(0.04f)});
         const bool is_bright = seen.x[0] > 0.5f * panel_light;
         (beside < 0.0f ? of_met : of_missed)++;
         met += beside < 0.0f && is_bright;
@@ -131,9 +134,9 @@ TEST(Reflections, ARayFromAnywhereMeetsWhatIsThere) {
     EXPECT_GT(missed, 0.98 * of_missed);
 }
 
-CAMRIG_WIDE void light_along_wide(const render::scene::ReflectionsInView& view, const Lanes3& position,
-                                  const Lanes3& ray, const Lanes& roughness, Lanes3& to) {
-    to = render::software::light_along<render::software::Avx2Isa>(view, position, ray, roughness);
+CAMRIG_WIDE void mirrored_light_wide(const render::scene::ReflectionsInView& view, const Lanes3& position,
+                                     const render::software::Mirroring& of, Lanes3& to) {
+    to = render::software::mirrored_light<render::software::Avx2Isa>(view, position, of);
 }
 
 TEST(Reflections, AreTheSameBytesWithBothInstructionSets) {
@@ -145,12 +148,13 @@ TEST(Reflections, AreTheSameBytesWithBothInstructionSets) {
     std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
     ReflectionMaps maps;
     world::ReflectionProbes probes;
-    for (int i = 0; i < 5; ++i) probes.places.emplace_back(4.0f * unit(random), 4.0f * unit(random), unit(random));
-    maps.texels.resize(probes.places.size() * static_cast<std::size_t>(ReflectionMaps::level_starts.back()));
+    for (int i = 0; i < 50; ++i) probes.places.emplace_back(4.0f * unit(random), 4.0f * unit(random), unit(random));
+    maps.cells = render::scene::ProbeCells(probes.places);
+    maps.texels.resize(static_cast<std::size_t>(ReflectionMaps::start_of(50)));
     for (std::uint32_t& texel : maps.texels) texel = word(random);
     maps.nearness.resize(probes.places.size() * render::scene::bordered_texels(world::nearness_side));
     for (float& nearness : maps.nearness) nearness = std::abs(unit(random));
-    const auto view = render::scene::reflections_in_view(maps, probes, {}, glm::vec3(1.0f));
+    const auto view = render::scene::reflections_in_view(maps, {}, glm::vec3(1.0f));
     const auto vector = [&](float scale) {
         Lanes3 made;
         for (Lanes* const lane : {&made.x, &made.y, &made.z})
@@ -159,13 +163,13 @@ TEST(Reflections, AreTheSameBytesWithBothInstructionSets) {
     };
     for (int i = 0; i < 2000; ++i) {
         const Lanes3 position = vector(5.0f);
-        Lanes3 ray = vector(1.0f);
-        if (i % 10 == 0) ray.x = lanes(std::numeric_limits<float>::quiet_NaN());  // what no pixel shows may be anything
-        Lanes roughness = vector(1.0f).x;
-        roughness = roughness * roughness;
-        const Lanes3 plain = render::software::light_along<render::software::PlainIsa>(view, position, ray, roughness);
+        render::software::Mirroring of{vector(1.0f), vector(1.0f), vector(0.5f).x + 0.5f, vector(1.0f).x, lanes(0.04f)};
+        // What no pixel shows may be anything.
+        if (i % 10 == 0) of.view.x = position.x * std::numeric_limits<float>::quiet_NaN();
+        of.roughness = i % 3 == 0 ? lanes(0.02f) : of.roughness * of.roughness;
+        const Lanes3 plain = render::software::mirrored_light<render::software::PlainIsa>(view, position, of);
         Lanes3 wide;
-        light_along_wide(view, position, ray, roughness, wide);
+        mirrored_light_wide(view, position, of, wide);
         if (i % 10 == 0) continue;
         ASSERT_EQ(std::memcmp(&plain, &wide, sizeof plain), 0) << i;
     }
@@ -177,11 +181,13 @@ TEST(Reflections, RougherSurfacesSpreadThem) {
     const std::size_t glow = layer_of(light, world::LightSource::glow);
     const std::vector<std::uint32_t>& seen = light.layers[glow].reflections;
     // Light of a GGX lobe over directions is kept, its peak is not.
-    std::size_t first = 0;
     float peak_before = 1e9f;
     double mean_first = 0.0;
-    for (const world::ReflectionLevel& level : world::reflection_levels) {
-        const auto count = static_cast<std::size_t>(level.side * level.side);
+    for (const std::size_t number : {world::mirror_level, std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
+        const world::ReflectionLevel& level = world::reflection_levels[number];
+        const std::size_t count = level.texels();
+        std::size_t first = 0;
+        for (std::size_t before = 0; before < number; ++before) first += world::reflection_levels[before].texels();
         float peak = 0.0f;
         double sum = 0.0, angles = 0.0;
         for (std::size_t i = 0; i < count; ++i) {
@@ -197,12 +203,149 @@ TEST(Reflections, RougherSurfacesSpreadThem) {
         }
         const double mean = sum / angles;
         EXPECT_LT(peak, peak_before * 1.001f);
-        if (first == 0) mean_first = mean;
+        if (number == world::mirror_level) mean_first = mean;
         EXPECT_NEAR(mean, mean_first, 0.35 * mean_first) << level.side;
         peak_before = peak;
-        first += count;
     }
     EXPECT_LT(peak_before, 0.5f * panel_light);
+}
+
+/// What is far away on all sides, from a function of the direction.
+ReflectionMaps maps_of(const std::function<float(const glm::vec3&)>& light_along) {
+    const auto look = [&](const Ray& ray, std::span<glm::vec3> by_layer) {
+        by_layer[0] = glm::vec3(light_along(ray.along));
+        return std::numeric_limits<float>::infinity();
+    };
+    const ReflectionView seen = reflection_view(glm::vec3(0.0f), world::levels_of_probe(0), 1, look);
+    world::BakedLight light;
+    light.reflection_probes = {{glm::vec3(0.0f)}, seen.nearness};
+    world::LightLayer& layer = light.layers.emplace_back();
+    for (const glm::vec3& texel : seen.texels[0]) layer.reflections.push_back(world::packed_light(texel));
+    return render::scene::sum_reflections(light, {glm::vec3(1.0f)});
+}
+
+/// By very many halves between view and light (Walter et al., 2007), in doubles.
+double mirrored_exactly(const glm::dvec3& view, double roughness,
+                        const std::function<float(const glm::vec3&)>& light_along) {
+    constexpr int count = 200;
+    const double alpha = roughness * roughness, alpha2 = alpha * alpha;
+    const auto lambda = [&](double z) { return 0.5 * (std::sqrt(1.0 + alpha2 * (1.0 - z * z) / (z * z)) - 1.0); };
+    double sum = 0.0, weights = 0.0;
+    for (int i = 0; i < count; ++i) {
+        for (int k = 0; k < count; ++k) {
+            const double u = (i + 0.5) / count, angle = 2.0 * std::numbers::pi * (k + 0.5) / count;
+            const double cosine = std::sqrt((1.0 - u) / (1.0 + (alpha2 - 1.0) * u)),
+                         sine = std::sqrt(1.0 - cosine * cosine);
+            const glm::dvec3 half(sine * std::cos(angle), sine * std::sin(angle), cosine);
+            const double across = glm::dot(view, half);
+            const glm::dvec3 way = 2.0 * across * half - view;
+            if (across <= 0.0 || way.z <= 0.0) continue;
+            const double fresnel = 0.04 + 0.96 * std::pow(1.0 - across, 5.0);
+            const double weight = fresnel * across / cosine / (1.0 + lambda(view.z) + lambda(way.z));
+            sum += weight * static_cast<double>(light_along(glm::vec3(way)));
+            weights += weight;
+        }
+    }
+    return sum / weights;
+}
+
+TEST(Reflections, SeenAslantAreAsLongAndAsNarrowAsMicrofacetsMakeThem) {
+    // Posts and rails of light: what is stretched up and down shows the posts and not the rails.
+    const auto posts = [](const glm::vec3& d) { return 1.0f + 0.8f * std::sin(16.0f * std::atan2(d.y, d.x)); };
+    const auto rails = [](const glm::vec3& d) {
+        return 1.0f + 0.8f * std::sin(10.0f * std::asin(glm::clamp(d.z, -1.0f, 1.0f)));
+    };
+    const std::function<float(const glm::vec3&)> all[] = {posts, rails};
+    for (const auto& light_along : all) {
+        const ReflectionMaps maps = maps_of(light_along);
+        const auto view = render::scene::reflections_in_view(maps, {}, glm::vec3(1.0f));
+        double squares = 0.0, most = 0.0, of_even = 0.0;
+        int count = 0;
+        for (const double roughness : {0.2, 0.35, 0.5}) {
+            for (const double elevation_deg : {8.0, 15.0, 25.0, 40.0, 60.0}) {
+                for (int i = 0; i < 24; ++i) {
+                    const double elevation = elevation_deg * std::numbers::pi / 180.0,
+                                 turn = 2.0 * std::numbers::pi * i / 24.3;
+                    const glm::dvec3 eye(std::cos(elevation) * std::cos(turn), std::cos(elevation) * std::sin(turn),
+                                         std::sin(elevation));
+                    const auto vector = [](const glm::dvec3& v) {
+                        return Lanes3{lanes(static_cast<float>(v.x)), lanes(static_cast<float>(v.y)),
+                                      lanes(static_cast<float>(v.z))};
+                    };
+                    const Lanes rough = lanes(static_cast<float>(roughness));
+                    const Lanes3 seen = render::software::mirrored_light<render::software::PlainIsa>(
+                        view, Lanes3{},
+                        {vector({0, 0, 1}), vector(eye), lanes(static_cast<float>(eye.z)), rough, lanes(0.04f)});
+                    // As if seen along the normal.
+                    const glm::dvec3 ray(-eye.x, -eye.y, eye.z);
+                    const Lanes3 even = render::software::mirrored_light<render::software::PlainIsa>(
+                        view, Lanes3{}, {vector(ray), vector(ray), lanes(1.0f), rough, lanes(0.04f)});
+                    const double exact = mirrored_exactly(eye, roughness, light_along);
+                    const double off = std::abs(static_cast<double>(seen.x[0]) - exact);
+                    squares += off * off;
+                    of_even += std::pow(static_cast<double>(even.x[0]) - exact, 2.0);
+                    most = std::max(most, off);
+                    ++count;
+                }
+            }
+        }
+        std::printf("rms %.4f, at most %.4f; evenly about the mirrored way: rms %.4f\n", std::sqrt(squares / count),
+                    most, std::sqrt(of_even / count));
+        EXPECT_LT(squares, 0.45 * of_even);
+        EXPECT_LT(std::sqrt(squares / count), 0.08);
+    }
+}
+
+TEST(ProbeCells, HaveTheTwoNearestOfAll) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
+    for (const int count : {1, 2, 3, 40, 256}) {
+        for (const glm::vec3& size :
+             {glm::vec3(15, 10, 4), glm::vec3(0.2f), glm::vec3(5000, 1, 1), glm::vec3(1e8f, 1e8f, 1)}) {
+            std::vector<glm::vec3> places;
+            for (int i = 0; i < count; ++i)
+                places.push_back(size * glm::vec3(unit(random), unit(random), unit(random)));
+            const render::scene::ProbeCells cells(places);
+            ASSERT_EQ(cells.size(), places.size());
+            for (int i = 0; i < 300; ++i) {
+                Lanes3 at;
+                std::array<glm::vec3, 8> points;
+                for (int lane = 0; lane < 8; ++lane) {
+                    // Beyond them, too.
+                    const glm::vec3 point = 1.3f * size * glm::vec3(unit(random), unit(random), unit(random));
+                    points[static_cast<std::size_t>(lane)] = glm::vec3(glm::dvec3(point) - cells.first());
+                    at.x[lane] = points[static_cast<std::size_t>(lane)].x;
+                    at.y[lane] = points[static_cast<std::size_t>(lane)].y;
+                    at.z[lane] = points[static_cast<std::size_t>(lane)].z;
+                }
+                IntLanes is_mirror{};
+                for (int lane = 0; lane < 8; lane += 3) is_mirror[lane] = -1;
+                const auto found = render::software::nearest_probes<render::software::PlainIsa>(cells, at, is_mirror);
+                for (int lane = 0; lane < 8; ++lane) {
+                    const auto distance = [&](std::size_t place) {
+                        return glm::distance(
+                            points[static_cast<std::size_t>(lane)],
+                            glm::vec3(cells.places()[0][place], cells.places()[1][place], cells.places()[2][place]));
+                    };
+                    const std::size_t allowed =
+                        std::min(places.size(), is_mirror[lane] != 0 ? world::most_mirror_probes : places.size());
+                    std::vector<float> all;
+                    for (std::size_t k = 0; k < allowed; ++k) all.push_back(distance(k));
+                    std::ranges::sort(all);
+                    ASSERT_LT(static_cast<std::size_t>(found.first[lane]), allowed);
+                    ASSERT_FLOAT_EQ(distance(static_cast<std::size_t>(found.first[lane])), all[0])
+                        << count << " " << size.x;
+                    if (allowed > 1) {
+                        ASSERT_LT(static_cast<std::size_t>(found.second[lane]), allowed);
+                        ASSERT_FLOAT_EQ(distance(static_cast<std::size_t>(found.second[lane])), all[1])
+                            << count << " " << size.x;
+                    } else {
+                        ASSERT_EQ(found.share[lane], 0.0f);
+                    }
+                }
+            }
+        }
+    }
 }
 
 TEST(Reflections, StandWhereSomethingMirrorsAndNowhereElse) {
@@ -228,7 +371,7 @@ TEST(Reflections, AreReadAsTheyWereWrittenAndBounded) {
     EXPECT_EQ((*read)->reflection_probes.places, light.reflection_probes.places);
     EXPECT_EQ((*read)->reflection_probes.nearness, light.reflection_probes.nearness);
     EXPECT_EQ((*read)->layers[0].reflections.size(),
-              light.reflection_probes.places.size() * world::texels_of_reflection);
+              world::texels_of_reflections(light.reflection_probes.places.size()));
     EXPECT_EQ(world::encode_baked_light(**read), bytes);
     nlohmann::json text = world::baked_light_header(light);
     text["reflection_probes"] = std::vector<std::array<double, 3>>(world::max_reflection_probes + 1);

@@ -18,6 +18,7 @@ import mitsuba as mi
 import numpy as np
 import pyoidn
 from PIL import Image
+from scipy.ndimage import gaussian_filter
 
 from .export import Exported, Eye, Light
 from .gltf import Material, Primitive
@@ -97,11 +98,13 @@ class Reference:
         return light + self._render(self._sun, samples, seed + 1, BOUNCES) if self.exported.lights else light
 
     def denoised(self, light: np.ndarray) -> np.ndarray:
-        """What Open Image Denoise makes of light(): guided by colours and normals of the surfaces that are seen, which have no noise of light."""
+        """What Open Image Denoise makes of light(): guided by colours and normals of the surfaces that are seen, which have no noise of light. Its colours are off
+        by 0.15 % (green up, blue down), which FLIP sees, so each channel keeps its level about each pixel."""
         integrator = mi.load_dict({"type": "aov", "aovs": "colour:albedo,normal:sh_normal"})
         guides = np.array(mi.render(self._sky, integrator=integrator, spp=GUIDE, seed=1), np.float32)
         colour, normal = np.ascontiguousarray(guides[..., :3]), np.ascontiguousarray(guides[..., 3:6])
-        return pyoidn.denoise(light.astype(np.float32), np.clip(colour, 0, 1), normal, hdr=True, clean_aux=True).astype(float)
+        clean = pyoidn.denoise(light.astype(np.float32), np.clip(colour, 0, 1), normal, hdr=True, clean_aux=True).astype(float)
+        return clean * _about(light) / np.maximum(_about(clean), 1e-6)
 
     def depth(self) -> np.ndarray:
         """HxW metres along the axis, through pixel centres; infinite where nothing is. Masked surfaces count where they are."""
@@ -130,6 +133,11 @@ class Reference:
         part = min(PART, samples)
         passes = [np.array(mi.render(scene, integrator=integrator, spp=part, seed=seed * 100_003 + i), dtype=float)[..., :3] for i in range(samples // part)]
         return _without_gaps(np.mean(passes, axis=0))
+
+
+def _about(light: np.ndarray) -> np.ndarray:
+    """HxWx3: the mean about each pixel of what is not over white; a lamp's light would hide all that is beside it."""
+    return gaussian_filter(np.clip(light, 0.0, 1.0), sigma=(8, 8, 0))
 
 
 def _without_gaps(picture: np.ndarray) -> np.ndarray:
