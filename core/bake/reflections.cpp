@@ -20,7 +20,7 @@ constexpr float sample_m2 = 0.25f;       ///< of what mirrors, for a vote
 constexpr int max_samples = 4096;        ///< of a triangle
 constexpr float floor_share = 0.02f;     ///< of a place near the ground, where things that move may mirror
 constexpr std::size_t max_voted = 4000;  ///< places that are weighed against each other
-constexpr float least_gain = 0.0003f;     ///< of a place, as part of the first one's
+constexpr float least_gain = 0.0003f;    ///< of a place, as part of the first one's
 
 bool mirrors(const world::Material& material) {
     return !material.unlit && (material.roughness < roughest || material.metallic_roughness_texture.texture >= 0);

@@ -120,7 +120,7 @@ def test_a_light_of_another_state_is_told_and_left_alone(room, tmp_path):
     stale, _ = pictures(scene)
     (tmp_path / "room.light").unlink()
     assert (stale == pictures(scene)[0]).all()
-    for damaged, said in ((b"camrig light 5\nnothing", "ends too early"), (b"camrig light 4\nnothing", "is no light of this version of camrig")):
+    for damaged, said in ((b"camrig light 6\nnothing", "ends too early"), (b"camrig light 4\nnothing", "is no light of this version of camrig")):
         (tmp_path / "room.light").write_bytes(damaged)
         assert (stale == pictures(scene)[0]).all()
         told = bake(scene, "--check", code=1).stderr

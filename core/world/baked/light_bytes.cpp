@@ -116,10 +116,15 @@ std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes,
     const Values& values = values_of_codes();
     std::vector<std::uint32_t> texels;
     texels.reserve(bytes.size() / bytes_of_light_texel);
-    unpack<numbers_of_texel>(bytes, [&](Numbers<numbers_of_texel> numbers) {
-        for (int& number : numbers) number *= steps;
-        texels.push_back(packed_light(color_of(numbers, values)));
-    });
+    const auto take = [&](const auto& numbers) { texels.push_back(packed_light(color_of(numbers, values))); };
+    if (steps == fine_light_steps) {
+        unpack<numbers_of_texel>(bytes, take);
+    } else {
+        unpack<numbers_of_texel>(bytes, [&](Numbers<numbers_of_texel> numbers) {
+            for (int& number : numbers) number *= steps;
+            take(numbers);
+        });
+    }
     return texels;
 }
 

@@ -146,7 +146,7 @@ def test_a_paused_world_keeps_its_readers_alive(rig):
                 picture = reader.next()
                 came.append((time.monotonic(), picture))
             print(f"longest silence {max(b[0] - a[0] for a, b in zip(came, came[1:])):.2f} s")
-            # A few may still be from before the pause; then it is the last one again and again, with a fresh stamp.
+            # A few may still be from before the pause; then it is the last one again and again, with the time of each sending.
             repeated = [picture for _, picture in came[-3:]]
             assert len({camrig.read_code(gray_of(picture.data)).time_ns for picture in repeated}) == 1
             assert all(after.stamp_us - before.stamp_us > 500_000 for before, after in zip(repeated, repeated[1:]))
