@@ -201,8 +201,8 @@ CAMRIG_LANES Lanes3 mirrored_light(const scene::ReflectionsInView& view, const L
         const Lanes cosine2 = cosine * cosine;
         return 0.5f * sqrt(1.0f + alpha2 * (1.0f - cosine2) / cosine2);  // Smith's, and a half
     };
-    constexpr std::array<float, 3> halves{0.0f, 0.76f,
-                                          -0.76f};  // of alpha; where pictures are nearest to the whole lobe
+    // Parts of alpha; where pictures are nearest to the whole lobe.
+    constexpr std::array<float, 3> halves{0.0f, 0.76f, -0.76f};
     const int looks = Isa::bits(~is_mirror) == 0 ? 1 : 3;
     std::array<Lanes3, 3> ways;
     std::array<Lanes, 3> weights;
