@@ -205,7 +205,7 @@ ReflectionView reflection_view(const glm::vec3& place, std::span<const world::Re
                 const Ray ray{place, world::octahedral_direction(square_place(x, y, world::nearness_side, moved))};
                 nearness += world::nearness_of(look(ray, seen)) / static_cast<float>(rays_of_nearness);
             }
-            made.nearness.push_back(static_cast<std::uint16_t>(std::lround(4095.0f * nearness) << 4));
+            made.nearness.push_back(static_cast<std::uint16_t>(std::lround(world::most_nearness * nearness)));
         }
     }
     return made;

@@ -51,9 +51,8 @@ void LightMap::update(const world::StaticSet& statics) {
     }
     gl_.TextureSubImage2D(texture_.name(), 0, 0, 0, light.size.width, light.size.height, GL_RGBA, GL_UNSIGNED_SHORT,
                           sum.texels.data());
-    const scene::ReflectionMaps reflections = scene::sum_reflections(light, weights);
-    reflection_texels_ = buffer_of(gl_, reflections.texels);
-    if (!is_same) nearness_ = buffer_of(gl_, reflections.nearness);
+    reflection_texels_ = buffer_of(gl_, scene::sum_reflections(light, weights).texels);
+    if (!is_same) nearness_ = buffer_of(gl_, scene::bordered_nearness(light.reflection_probes));
     if (is_out_of_memory(gl_)) throw std::bad_alloc();
     scale_ = sum.scale;
     probes_ = scene::sum_probes(light, weights);

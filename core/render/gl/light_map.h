@@ -25,7 +25,7 @@ public:
     float scale() const { return scale_; }  ///< light of a full code
     /// Of the reflection probes, world.
     std::span<const glm::vec3> reflection_places() const { return light_->reflection_probes.places; }
-    /// scene::ReflectionMaps on the device; 0: there are no such probes.
+    /// scene::ReflectionMaps and what probes see how near, on the device; 0: there are no such probes.
     GLuint reflection_texels() const { return reflection_texels_.name(); }
     GLuint nearness() const { return nearness_.name(); }
     /// Light where something is that has none of the map.

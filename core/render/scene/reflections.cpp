@@ -31,7 +31,6 @@ void add_bordered(int side, const Value& value, std::vector<To>& to) {
 ReflectionMaps sum_reflections(const world::BakedLight& light, const std::vector<glm::vec3>& weights) {
     ReflectionMaps made;
     const std::size_t probes = light.reflection_probes.places.size();
-    made.cells = ProbeCells(light.reflection_probes.places);
     made.texels.reserve(static_cast<std::size_t>(ReflectionMaps::start_of(static_cast<std::int32_t>(probes))));
     std::size_t first = 0;
     for (std::size_t probe = 0; probe < probes; ++probe) {
@@ -47,17 +46,31 @@ ReflectionMaps sum_reflections(const world::BakedLight& light, const std::vector
                 made.texels);
             first += level.texels();
         }
-        const std::uint16_t* const nearness =
-            light.reflection_probes.nearness.data() + probe * world::texels_of_nearness;
-        add_bordered(
-            world::nearness_side,
-            [&](std::size_t texel) { return static_cast<float>(nearness[texel]) * (1.0f / 65535.0f); }, made.nearness);
     }
     return made;
 }
 
-ReflectionsInView reflections_in_view(const ReflectionMaps& maps, const ViewTransform& view, const glm::vec3& gain) {
-    return {&maps, glm::vec3(view.eye - maps.cells.first()), glm::transpose(glm::mat3(view.optical_from_world)), gain};
+std::vector<float> bordered_nearness(const world::ReflectionProbes& probes) {
+    std::vector<float> made;
+    made.reserve(probes.places.size() * static_cast<std::size_t>(bordered_texels(world::nearness_side)));
+    for (std::size_t probe = 0; probe < probes.places.size(); ++probe) {
+        const std::uint16_t* const nearness = probes.nearness.data() + probe * world::texels_of_nearness;
+        add_bordered(
+            world::nearness_side,
+            [&](std::size_t texel) { return static_cast<float>(nearness[texel]) * (1.0f / world::most_nearness); },
+            made);
+    }
+    return made;
+}
+
+ProbeSights sights_of(const world::ReflectionProbes& probes) {
+    return {ProbeCells(probes.places), bordered_nearness(probes)};
+}
+
+ReflectionsInView reflections_in_view(const ReflectionMaps& maps, const ProbeSights& sights, const ViewTransform& view,
+                                      const glm::vec3& gain) {
+    return {&maps, &sights, glm::vec3(view.eye - sights.cells.first()),
+            glm::transpose(glm::mat3(view.optical_from_world)), gain};
 }
 
 }  // namespace camrig::render::scene

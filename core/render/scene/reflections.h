@@ -41,20 +41,28 @@ struct ReflectionMaps {
     }
 
     std::vector<std::uint32_t> texels;  ///< as world::packed_light()
-    std::vector<float> nearness;        ///< world::nearness_of(), by squares of world::nearness_side
-    ProbeCells cells;
 };
 
 /// weights: of the layers.
 ReflectionMaps sum_reflections(const world::BakedLight& light, const std::vector<glm::vec3>& weights);
 
-/// Them for the pixels of a view.
+/// What no change of light changes of them.
+struct ProbeSights {
+    ProbeCells cells;
+    std::vector<float> nearness;  ///< world::nearness_of(), by squares of world::nearness_side with a border
+};
+std::vector<float> bordered_nearness(const world::ReflectionProbes& probes);
+ProbeSights sights_of(const world::ReflectionProbes& probes);
+
+/// Both for the pixels of a view.
 struct ReflectionsInView {
     const ReflectionMaps* maps = nullptr;  ///< null: there are none
-    glm::vec3 eye{0.0f};                   ///< from ProbeCells::first
+    const ProbeSights* sights = nullptr;
+    glm::vec3 eye{0.0f};  ///< from ProbeCells::first
     glm::mat3 world_from_optical{1.0f};
     glm::vec3 gain{1.0f};  ///< of what the maps have
 };
-ReflectionsInView reflections_in_view(const ReflectionMaps& maps, const ViewTransform& view, const glm::vec3& gain);
+ReflectionsInView reflections_in_view(const ReflectionMaps& maps, const ProbeSights& sights, const ViewTransform& view,
+                                      const glm::vec3& gain);
 
 }  // namespace camrig::render::scene

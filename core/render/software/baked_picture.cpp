@@ -17,7 +17,8 @@ SampledTexture use_of(const BakedPicture& picture, const world::Primitive& primi
     return use;
 }
 
-std::shared_ptr<BakedPicture> summed(const world::BakedLightRef& of, std::vector<glm::vec3> weights) {
+std::shared_ptr<BakedPicture> summed(const world::BakedLightRef& of, std::vector<glm::vec3> weights,
+                                     std::shared_ptr<const scene::ProbeSights> sights) {
     auto made = std::make_shared<BakedPicture>();
     made->light = of;
     const world::BakedLight& light = *of;
@@ -27,6 +28,7 @@ std::shared_ptr<BakedPicture> summed(const world::BakedLightRef& of, std::vector
     made->scale = sum.scale;
     made->probes = scene::sum_probes(light, weights);
     made->reflections = scene::sum_reflections(light, weights);
+    made->sights = std::move(sights);
     made->weights = std::move(weights);
     return made;
 }
@@ -54,8 +56,13 @@ std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& st
     };
     if (is_same_light && std::ranges::all_of(statics.objects, has_model)) return last;
     // Another object may be there, or one that was hidden.
-    const auto made =
-        is_same_light ? std::make_shared<BakedPicture>(*last) : summed(statics.baked_light, std::move(weights));
+    std::shared_ptr<const scene::ProbeSights> sights;
+    for (const auto& [hz, picture] : last_)
+        if (picture != nullptr) sights = picture->sights;
+    if (sights == nullptr)
+        sights = std::make_shared<scene::ProbeSights>(scene::sights_of(statics.baked_light->reflection_probes));
+    const auto made = is_same_light ? std::make_shared<BakedPicture>(*last)
+                                    : summed(statics.baked_light, std::move(weights), std::move(sights));
     made->of_primitives.clear();
     made->models.clear();
     for (const world::Instance& object : statics.objects) {

@@ -20,6 +20,7 @@ struct BakedPicture {
     float scale = 1.0f;  ///< of the map's light
     std::vector<world::LightProbe> probes;
     scene::ReflectionMaps reflections;
+    std::shared_ptr<const scene::ProbeSights> sights;                 ///< of the light, whatever its sources send out
     std::map<const world::Primitive*, SampledTexture> of_primitives;  ///< the map, with the coordinates of each
     std::set<const world::Model*> models;                             ///< of which those are all
 };

@@ -33,7 +33,7 @@ void ViewGeometry::begin_view(const scene::SceneView& view, std::shared_ptr<cons
         const glm::vec3 gain = view.light_gain * view.exposure_gain;
         light_of_map_ = baked_->scale * gain;
         if (!baked_->light->reflection_probes.places.empty())
-            reflections_ = scene::reflections_in_view(baked_->reflections, view.transform, gain);
+            reflections_ = scene::reflections_in_view(baked_->reflections, *baked_->sights, view.transform, gain);
     }
     light_ = scene::ambient_in_view(view.scene->environment(), view.exposure(), view.transform);
     fog_ = view.fog();

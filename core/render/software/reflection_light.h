@@ -1,12 +1,11 @@
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <bit>
 
 #include "core/render/scene/reflections.h"
 #include "core/render/software/lambert.h"
 #include "core/render/software/lanes.h"
+#include "core/render/software/nearest_probes.h"
 
 /// What reflection probes say of the light that comes along a mirrored ray.
 namespace camrig::render::software {
@@ -97,7 +96,7 @@ struct SeenPlace {
 };
 /// The probe stands elsewhere: its distances say where the ray ends.
 template <typename Isa>
-CAMRIG_LANES SeenPlace seen_from(const scene::ReflectionMaps& maps, IntLanes probe, const Lanes3& from_probe,
+CAMRIG_LANES SeenPlace seen_from(const scene::ProbeSights& sights, IntLanes probe, const Lanes3& from_probe,
                                  const Lanes3& ray) {
     constexpr int steps = 2;
     constexpr float least_m = 1e-3f, least_nearness = 1e-5f;
@@ -107,9 +106,10 @@ CAMRIG_LANES SeenPlace seen_from(const scene::ReflectionMaps& maps, IntLanes pro
     for (int i = 0; i < steps; ++i) {
         SquarePlace at = square_place(direction, sides);
         at.first += probe * scene::bordered_texels(world::nearness_side);
-        const Lanes nearness = between_texels(
-            at, IntLanes{} + scene::bordered_side(world::nearness_side),
-            [&](IntLanes index) __attribute__((always_inline)) { return gathered<Isa>(maps.nearness.data(), index); });
+        const Lanes nearness = between_texels(at, IntLanes{} + scene::bordered_side(world::nearness_side),
+                                              [&](IntLanes index) __attribute__((always_inline)) {
+                                                  return gathered<Isa>(sights.nearness.data(), index);
+                                              });
         const Lanes distance = 1.0f / max(nearness, lanes(least_nearness)) - 1.0f;
         const Lanes length = max(dot(direction * distance - from_probe, ray), lanes(least_m));
         direction = from_probe + ray * length;
@@ -118,53 +118,6 @@ CAMRIG_LANES SeenPlace seen_from(const scene::ReflectionMaps& maps, IntLanes pro
         farther = length * inverse;
     }
     return {direction, farther};
-}
-
-/// The two nearest probes of places, and how much of the second counts.
-struct NearestProbes {
-    IntLanes first, second;
-    Lanes share;
-};
-/// place: from ProbeCells::first(). Mirrors have those that have an image for them.
-template <typename Isa>
-CAMRIG_LANES NearestProbes nearest_probes(const scene::ProbeCells& cells, const Lanes3& place, IntLanes is_mirror) {
-    const auto [xs, ys, zs] = std::array{cells.places()[0].data(), cells.places()[1].data(), cells.places()[2].data()};
-    Lanes first2 = lanes(1e30f), second2 = lanes(1e30f);
-    IntLanes first{}, second{};
-    const auto weigh = [&](std::int32_t i, IntLanes who) __attribute__((always_inline)) {
-        const Lanes3 away{place.x - xs[i], place.y - ys[i], place.z - zs[i]};
-        const Lanes distance2 = dot(away, away);
-        // One may be weighed twice.
-        const IntLanes is_first = who & (distance2 < first2), is_second = who & (distance2 < second2) & (first != i);
-        second = is_first ? first : is_second ? IntLanes{} + i : second;
-        second2 = is_first ? first2 : is_second ? distance2 : second2;
-        first = is_first ? IntLanes{} + i : first;
-        first2 = is_first ? distance2 : first2;
-    };
-    if (Isa::bits(is_mirror) != 0) {
-        const auto count = static_cast<std::int32_t>(std::min(cells.size(), world::most_mirror_probes));
-        for (std::int32_t i = 0; i < count; ++i) weigh(i, is_mirror);
-    }
-    const glm::ivec3& count = cells.count();
-    IntLanes is_inside{};
-    is_inside = ~is_inside;
-    const auto cell_along = [&](Lanes at, std::int32_t most) __attribute__((always_inline)) {
-        const Lanes cell = floor(at * cells.cells_per_m());
-        is_inside &= (cell >= 0.0f) & (cell < static_cast<float>(most));
-        return truncated(min(max(cell, Lanes{}), lanes(static_cast<float>(most - 1))));
-    };
-    const IntLanes x = cell_along(place.x, count.x), y = cell_along(place.y, count.y), z = cell_along(place.z, count.z);
-    const IntLanes cell = is_inside ? (z * count.y + y) * count.x + x : IntLanes{} + cells.beyond();
-    for (unsigned left = Isa::bits(~is_mirror); left != 0;) {
-        const std::int32_t one = cell[std::countr_zero(left)];
-        const IntLanes is_there = cell == one;
-        left &= ~Isa::bits(is_there);
-        for (const std::uint16_t i : cells.of(one)) weigh(i, is_there & ~is_mirror);
-    }
-    // Half of each where they are equally far, and no more of the second where it is a sixth further away.
-    constexpr float alone = 0.7225f;
-    const Lanes nearly = clamp01((first2 / second2 - alone) * (1.0f / (1.0f - alone)));
-    return {first, second, nearly * nearly * (1.5f - nearly)};
 }
 
 /// A surface that mirrors.
@@ -186,7 +139,7 @@ CAMRIG_LANES Lanes3 mirrored_light(const scene::ReflectionsInView& view, const L
         return PointGroup::vector(turn[0]) * v.x + PointGroup::vector(turn[1]) * v.y +
                PointGroup::vector(turn[2]) * v.z;
     };
-    const scene::ProbeCells& cells = view.maps->cells;
+    const scene::ProbeCells& cells = view.sights->cells;
     const Lanes3 place = in_world(position) + PointGroup::vector(view.eye);
     const IntLanes is_mirror = of.roughness < world::reflection_levels[0].roughness;
     const NearestProbes probes = nearest_probes<Isa>(cells, place, is_mirror);
@@ -229,7 +182,7 @@ CAMRIG_LANES Lanes3 mirrored_light(const scene::ReflectionsInView& view, const L
             return from - gathered<Isa>(cells.places()[i].data(), probe);
         };
         const SeenPlace seen =
-            seen_from<Isa>(*view.maps, probe, {along(0, place.x), along(1, place.y), along(2, place.z)}, ways[0]);
+            seen_from<Isa>(*view.sights, probe, {along(0, place.x), along(1, place.y), along(2, place.z)}, ways[0]);
         // What is near is spread over less of itself than the probe, which is farther away, has it (Lagarde and de
         // Rousiers, Moving Frostbite to physically based rendering, 2014).
         const LevelsBetween levels = levels_between(of.roughness, across * seen.farther);

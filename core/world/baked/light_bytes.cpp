@@ -87,7 +87,6 @@ void unpack(std::span<const std::byte> bytes, const Take& take) {
 /// Of a probe: its mean, and then how light differs by direction.
 constexpr std::size_t numbers_of_texel = bytes_of_light_texel / 2, numbers_of_probe = bytes_of_light_probe / 2;
 constexpr float steps_of_mean = 256.0f, most_of_mean = 8.0f;
-constexpr int dropped_of_nearness = 4;
 
 /// Calls visit(number, channel, value) for what a probe has beside its mean.
 template <typename Probe, typename Visit>
@@ -159,15 +158,14 @@ std::vector<LightProbe> unpack_light_probes(std::span<const std::byte> bytes) {
 }
 
 std::vector<std::byte> pack_nearness(std::span<const std::uint16_t> nearness) {
-    return pack<1>(nearness.size(), [&](std::size_t i) { return Numbers<1>{nearness[i] >> dropped_of_nearness}; });
+    return pack<1>(nearness.size(), [&](std::size_t i) { return Numbers<1>{nearness[i]}; });
 }
 
 std::vector<std::uint16_t> unpack_nearness(std::span<const std::byte> bytes) {
     std::vector<std::uint16_t> nearness;
     nearness.reserve(bytes.size() / bytes_of_nearness);
     unpack<1>(bytes, [&](const auto& numbers) {
-        const int upper = std::clamp(numbers[0], 0, 0xFFFF >> dropped_of_nearness);
-        nearness.push_back(static_cast<std::uint16_t>(upper << dropped_of_nearness));
+        nearness.push_back(static_cast<std::uint16_t>(std::clamp(numbers[0], 0, most_nearness)));
     });
     return nearness;
 }

@@ -23,7 +23,7 @@ std::vector<std::uint32_t> unpack_light_texels(std::span<const std::byte> bytes,
 std::vector<std::byte> pack_light_probes(std::span<const LightProbe> probes);
 std::vector<LightProbe> unpack_light_probes(std::span<const std::byte> bytes);
 
-/// Of world::nearness_of(), the upper 12 bits of 16.
+/// Whole numbers of most_nearness.
 inline constexpr std::size_t bytes_of_nearness = 2;
 std::vector<std::byte> pack_nearness(std::span<const std::uint16_t> nearness);
 std::vector<std::uint16_t> unpack_nearness(std::span<const std::byte> bytes);

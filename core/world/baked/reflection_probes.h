@@ -43,17 +43,20 @@ constexpr std::size_t texels_of_reflections(std::size_t probes) {
 inline constexpr int nearness_side = 64;
 inline constexpr std::size_t texels_of_nearness = std::size_t{nearness_side} * nearness_side;
 
-/// 1 / (1 + d), d: metres to what is seen. Between two of them it goes as pictures do.
+/// 1 / (1 + d), d: metres to what is seen. Between two of them it goes as pictures do. As a whole number it is of
+/// `most_nearness`.
 constexpr float nearness_of(float distance_m) {
     return 1.0f / (1.0f + distance_m);
 }
+
+inline constexpr int most_nearness = 4095;
 
 inline constexpr std::size_t max_reflection_probes = 256;
 
 /// What they see is in the layers of light (LightLayer::reflections).
 struct ReflectionProbes {
     std::vector<glm::vec3> places;        ///< world; the first of them alone serve any scene best
-    std::vector<std::uint16_t> nearness;  ///< probe after probe, row after row; of 65535, in steps of 16
+    std::vector<std::uint16_t> nearness;  ///< probe after probe, row after row; of most_nearness
 };
 
 }  // namespace camrig::world

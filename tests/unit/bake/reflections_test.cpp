@@ -104,12 +104,13 @@ TEST(Reflections, ARayFromAnywhereMeetsWhatIsThere) {
     const world::BakedLight light = baked(scene, {.texels_per_m = 4.0, .rays = 32});
     ASSERT_FALSE(light.reflection_probes.places.empty());
     auto world = world::World::create(scene, 1);
+    const render::scene::ProbeSights sights = render::scene::sights_of(light.reflection_probes);
     const ReflectionMaps maps = render::scene::sum_reflections(light, [&] {
         auto statics = std::make_shared<world::StaticSet>(*(*world)->snapshot(0)->statics);
         statics->baked_light = std::make_shared<const world::BakedLight>(light);
         return render::scene::layer_weights(*statics);
     }());
-    const auto view = render::scene::reflections_in_view(maps, {}, glm::vec3(1.0f));
+    const auto view = render::scene::reflections_in_view(maps, sights, {}, glm::vec3(1.0f));
     std::mt19937 random(3);
     std::uniform_real_distribution<float> place(-2.5f, 2.0f), unit(0.0f, 1.0f);
     int met = 0, of_met = 0, missed = 0, of_missed = 0;
@@ -147,14 +148,15 @@ TEST(Reflections, AreTheSameBytesWithBothInstructionSets) {
     std::uniform_int_distribution<std::uint32_t> word;
     std::uniform_real_distribution<float> unit(-1.0f, 1.0f);
     ReflectionMaps maps;
+    render::scene::ProbeSights sights;
     world::ReflectionProbes probes;
     for (int i = 0; i < 50; ++i) probes.places.emplace_back(4.0f * unit(random), 4.0f * unit(random), unit(random));
-    maps.cells = render::scene::ProbeCells(probes.places);
+    sights.cells = render::scene::ProbeCells(probes.places);
     maps.texels.resize(static_cast<std::size_t>(ReflectionMaps::start_of(50)));
     for (std::uint32_t& texel : maps.texels) texel = word(random);
-    maps.nearness.resize(probes.places.size() * render::scene::bordered_texels(world::nearness_side));
-    for (float& nearness : maps.nearness) nearness = std::abs(unit(random));
-    const auto view = render::scene::reflections_in_view(maps, {}, glm::vec3(1.0f));
+    sights.nearness.resize(probes.places.size() * render::scene::bordered_texels(world::nearness_side));
+    for (float& nearness : sights.nearness) nearness = std::abs(unit(random));
+    const auto view = render::scene::reflections_in_view(maps, sights, {}, glm::vec3(1.0f));
     const auto vector = [&](float scale) {
         Lanes3 made;
         for (Lanes* const lane : {&made.x, &made.y, &made.z})
@@ -211,7 +213,7 @@ TEST(Reflections, RougherSurfacesSpreadThem) {
 }
 
 /// What is far away on all sides, from a function of the direction.
-ReflectionMaps maps_of(const std::function<float(const glm::vec3&)>& light_along) {
+world::BakedLight light_of(const std::function<float(const glm::vec3&)>& light_along) {
     const auto look = [&](const Ray& ray, std::span<glm::vec3> by_layer) {
         by_layer[0] = glm::vec3(light_along(ray.along));
         return std::numeric_limits<float>::infinity();
@@ -221,7 +223,7 @@ ReflectionMaps maps_of(const std::function<float(const glm::vec3&)>& light_along
     light.reflection_probes = {{glm::vec3(0.0f)}, seen.nearness};
     world::LightLayer& layer = light.layers.emplace_back();
     for (const glm::vec3& texel : seen.texels[0]) layer.reflections.push_back(world::packed_light(texel));
-    return render::scene::sum_reflections(light, {glm::vec3(1.0f)});
+    return light;
 }
 
 /// By very many halves between view and light (Walter et al., 2007), in doubles.
@@ -257,8 +259,10 @@ TEST(Reflections, SeenAslantAreAsLongAndAsNarrowAsMicrofacetsMakeThem) {
     };
     const std::function<float(const glm::vec3&)> all[] = {posts, rails};
     for (const auto& light_along : all) {
-        const ReflectionMaps maps = maps_of(light_along);
-        const auto view = render::scene::reflections_in_view(maps, {}, glm::vec3(1.0f));
+        const world::BakedLight light = light_of(light_along);
+        const ReflectionMaps maps = render::scene::sum_reflections(light, {glm::vec3(1.0f)});
+        const render::scene::ProbeSights sights = render::scene::sights_of(light.reflection_probes);
+        const auto view = render::scene::reflections_in_view(maps, sights, {}, glm::vec3(1.0f));
         double squares = 0.0, most = 0.0, of_even = 0.0;
         int count = 0;
         for (const double roughness : {0.2, 0.35, 0.5}) {
