@@ -171,7 +171,7 @@ bool ComposedRenderer::makes(frame::PixelFormat format, const View& view) const 
 bool ComposedRenderer::is_plain(const View& view) const {
     if (!is_ours(view)) return other_->is_plain(view);
     // Shadow maps are made for all beautiful views of a renderer, and textures for their materials.
-    return view.quality != world::Quality::beautiful && software::SoftwareDrawer::is_plain(view);
+    return view.quality != world::Quality::beautiful && software::SoftwareDrawer::may_draw(view);
 }
 
 TimeNs ComposedRenderer::expected_cost_ns(const View& view) const {

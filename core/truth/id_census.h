@@ -5,6 +5,7 @@
 #include <unordered_map>
 
 #include "core/base/image_size.h"
+#include "core/frame/frame.h"
 #include "core/frame/silhouette.h"
 #include "core/truth/truth.h"
 
@@ -15,6 +16,11 @@ struct IdCount {
     std::int64_t pixels = 0;
     PixelBox box;
 };
+
+/// The pixels of an instance picture.
+inline std::span<const std::uint32_t> ids_of(const frame::Frame& frame) {
+    return {reinterpret_cast<const std::uint32_t*>(frame.bytes().data()), frame.bytes().size() / sizeof(std::uint32_t)};
+}
 
 /// Counts an instance picture (rows from the top, no padding). 0, which is nothing, is left out.
 std::unordered_map<std::uint32_t, IdCount> count_ids(std::span<const std::uint32_t> ids, ImageSize size);

@@ -1,13 +1,12 @@
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 
 #include "core/base/result.h"
 #include "core/frame/frame.h"
-#include "core/frame/silhouette.h"
 #include "core/truth/rolling_eye.h"
+#include "core/truth/silhouettes.h"
 #include "core/truth/truth.h"
 #include "core/world/backdrop/film_player.h"
 #include "core/world/snapshot.h"
@@ -36,17 +35,6 @@ struct TruthPictures {
     frame::FrameRef depth;
 };
 
-/// Tells for each of these objects which pixels it would show if nothing else were in the world: the same camera, the
-/// same instant. `reaches`: none of them shows beyond its box.
-using FindSilhouettes = std::function<Result<std::vector<frame::Silhouette>>(std::span<const ObjectId> objects,
-                                                                             std::span<const PixelBox> reaches)>;
-
-/// Draws the instance picture of these objects alone: the same camera, the same instant, nothing else in the world.
-using DrawAlone = std::function<Result<frame::FrameRef>(std::span<const ObjectId>)>;
-
-/// From pictures: one for each group of objects whose boxes are apart from each other.
-FindSilhouettes silhouettes_from(DrawAlone draw_alone);
-
 /// Per-camera cache of the measurements of static objects, which are made anew where the camera's spec or pose, or the
 /// static set, is another one.
 class StandingObjects {
@@ -66,9 +54,5 @@ private:
 /// (BoxProjector).
 Result<TruthOfFrame> make_truth(const TruthView& view, const world::Snapshot& snapshot, const TruthPictures& pictures,
                                 const FindSilhouettes& find_silhouettes, StandingObjects* standing = nullptr);
-
-/// Puts boxes into groups so that those of one group do not touch; each is given as [left, right) x [top, bottom).
-/// Returns the group of each box. Large boxes come first into a group, so that the groups are few.
-std::vector<std::size_t> group_apart(std::span<const PixelBox> boxes);
 
 }  // namespace camrig::truth

@@ -127,8 +127,8 @@ TEST_F(StaticLayer, NeverShowsInAnyQualityAntialiasingOrLens) {
                                     std::string(to_string(lens.model)) + ", picture " + std::to_string(n));
                 }
                 // Of the third and fourth picture; where colour is drawn apart from the rest, both have a layer.
-                const bool is_together = software::SoftwareDrawer::is_plain(view) &&
-                                         software::SoftwareDrawer::is_plain(view, frame::FrameKind::depth);
+                const bool is_together = software::SoftwareDrawer::may_draw(view) &&
+                                         software::SoftwareDrawer::may_draw(view, frame::FrameKind::depth);
                 EXPECT_EQ(reused() - before, is_together ? 2u : 4u);
             }
         }
@@ -245,7 +245,7 @@ TEST_F(StaticLayer, FramesSayWhichRowsMayHaveChanged) {
                 }
                 // Where the scene is drawn in parts: by Mesa not through lenses, nor with several samples a pixel drawn
                 // at once.
-                const bool is_ours = cpu_renderer().is_on_cpu() && software::SoftwareDrawer::is_plain(view);
+                const bool is_ours = cpu_renderer().is_on_cpu() && software::SoftwareDrawer::may_draw(view);
                 const bool is_known = is_ours || (lens == camera::Lens{} && antialias != world::Antialias::msaa4);
                 // Our rasteriser gives the first of them twice, as it is, where it has drawn it beside the truth.
                 EXPECT_EQ(claims.named, !is_known ? 0

@@ -19,9 +19,7 @@
 namespace camrig::render::software {
 
 /// Pictures by camrig's own rasteriser: no GL, several views at once, and of each view all kinds that are wanted in one
-/// go. Colour in all qualities: through any lens with one sample a pixel, and of pinhole views by areas too. The other
-/// kinds through any lens, whatever colour takes. That is what most cameras of a rig are; whoever asks draws others
-/// elsewhere.
+/// go: through any lens, at all qualities, with one sample a pixel or by areas. Whoever asks draws others elsewhere.
 ///
 /// Standing cameras keep what does not move (StaticLayers): the opaque surfaces with their depth, and the finished
 /// picture with what is blended over them; ids, classes and normals once they were asked for. Each instant only the
@@ -40,8 +38,8 @@ public:
     explicit SoftwareDrawer(const Options& options);
 
     void begin_instant(const world::SnapshotRef& snapshot);
-    /// Whether such a picture of the view can be drawn here.
-    static bool is_plain(const View& view, frame::FrameKind kind = frame::FrameKind::color);
+    /// Whether such a picture of the view can be drawn here, if its lens can be.
+    static bool may_draw(const View& view, frame::FrameKind kind = frame::FrameKind::color);
     /// Whether pixels of its colour picture show the areas of surfaces, if it is drawn here; else what is at their
     /// centres.
     static bool has_areas(const View& view);
@@ -68,25 +66,27 @@ private:
     void forget_here(CameraId camera);
     void place(const world::SnapshotRef& snapshot);
     void find_primitives(const scene::PlacedSurfaces& placed, std::vector<const SoftwarePrimitive*>& to);
-    void prepare(const View& view, ViewWork& work);
-    /// What its backdrop shows now; waits for a film.
-    void take_picture_of_backdrop(ViewWork& work);
     void deform_seen(std::span<ViewWork* const> works);
-    /// All but the pixels, which draw_rows makes in that many bands.
-    void begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns);
-    /// Its last step, when the rectangles are known.
-    void begin_drawing(ViewWork& work, ViewScratch& scratch, int bands);
-    /// Notes what is asked for, and says what is to be drawn for it.
-    KindSet kinds_to_draw(const View& view, ViewWork& work);
-    scene::SceneView scene_view_of(const View& view, world::Quality quality);
-    void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
-    void add_triangles(ViewWork& work, ViewScratch& scratch);  // this and add_proxies: view_triangles.cpp
     /// Those that were asked for; what was drawn beside them is kept.
     static void give_frames(ViewWork& work, const View& view, std::vector<frame::FrameRef>& frames);
     /// The shadow maps of this instant, made with the first views that look at them, at their cost.
     void make_shadows(std::span<ViewWork* const> works);
     void find_bodies(ViewWork& work) const;
-    /// What the picture of a backdrop shows, before all that is drawn.
+    /// view_setup.cpp: what a view needs before its rows are drawn. First which kinds of pictures: notes what is asked
+    /// for, and says what is to be drawn for it.
+    KindSet kinds_to_draw(const View& view, ViewWork& work);
+    scene::SceneView scene_view_of(const View& view, world::Quality quality);
+    void prepare(const View& view, ViewWork& work);
+    /// What its backdrop shows now; waits for a film.
+    void take_picture_of_backdrop(ViewWork& work);
+    void acquire_frames(ViewWork& work, TimeNs monotonic_ns);
+    /// All but the pixels, which draw_rows makes in that many bands.
+    void begin_view(ViewWork& work, ViewScratch& scratch, int bands, TimeNs monotonic_ns);
+    /// Its last step, when the rectangles are known.
+    void begin_drawing(ViewWork& work, ViewScratch& scratch, int bands);
+    /// view_triangles.cpp: what the view sees, as triangles on its screen; and what the picture of a backdrop shows,
+    /// before all that is drawn.
+    void add_triangles(ViewWork& work, ViewScratch& scratch);
     void add_proxies(ViewWork& work, ViewScratch& scratch);
     /// exposed_views.cpp: views of cameras with a sensor before which something moves, one after the other; the scene
     /// is placed as it was afterwards.

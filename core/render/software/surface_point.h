@@ -2,8 +2,9 @@
 
 #include <array>
 
-#include "core/render/software/point_triangles.h"
+#include "core/render/software/one_triangle.h"
 #include "core/render/software/sampling.h"
+#include "core/render/software/triangle_of_each.h"
 
 /// What a triangle's vertices carry, at the pixels of a group: perspective-correct, with the steps to the next pixels.
 namespace camrig::render::software {

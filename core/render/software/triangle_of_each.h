@@ -4,11 +4,10 @@
 #include <array>
 #include <cstddef>
 
-#include "core/render/software/coverage.h"
+#include "core/render/software/corner_values.h"
 
-/// The triangles that a group of pixels shows: one for all of them, one of the same draw in each, such of pixels that
-/// lie anywhere, or at places of their own. What is asked of them has the same names, and the same operations in the
-/// same order give it, so a pixel has the same bits whatever is beside it.
+/// A triangle for each point of a group, all of one draw: pixels of a row, such that lie anywhere, or places of their
+/// own. What is asked of them has the names of one_triangle.h.
 namespace camrig::render::software {
 
 /// Which draw each triangle is of; numbers from 1, where 0 gives any.
@@ -19,164 +18,6 @@ CAMRIG_LANES IntLanes draws_of(const ScreenTriangle* triangles, IntLanes number)
     const IntLanes index = number > 0 ? number - 1 : IntLanes{};
     return gathered<Isa>(reinterpret_cast<const std::int32_t*>(triangles) + 3, index * 8) & bits_of_draw;
 }
-
-/// A corner of a triangle of a draw.
-struct Corner {
-    std::uint32_t vertex;         ///< of the mesh
-    const VertexValues* clipped;  ///< what clipping made; null: of the mesh
-};
-
-CAMRIG_LANES Corner corner_of(const ViewGeometry& geometry, const ViewDraw& draw, std::uint32_t vertex) {
-    const std::uint32_t own = vertex - draw.first_vertex;
-    if (own < draw.vertex_count) return {own, nullptr};
-    return {own, &geometry.clipped()[draw.first_clipped + own - draw.vertex_count]};
-}
-
-/// Where the values of the vertices of a draw are.
-struct CornerAttribute {
-    const float* of_mesh;    ///< of the first vertex
-    std::int32_t stride;     ///< to the next one's, in floats
-    std::size_t of_clipped;  ///< in VertexValues, in bytes
-};
-
-CAMRIG_LANES const float* values_at(const Corner& corner, const CornerAttribute& attribute) {
-    if (corner.clipped != nullptr)
-        return reinterpret_cast<const float*>(reinterpret_cast<const std::byte*>(corner.clipped) +
-                                              attribute.of_clipped);
-    return attribute.of_mesh + static_cast<std::ptrdiff_t>(corner.vertex) * attribute.stride;
-}
-
-/// What of a RayTriangle the place of a point follows from. V is float or Lanes.
-template <typename V>
-struct RayEdges {
-    struct {
-        V x, y, z;
-    } edges[3];
-    V length;
-
-    CAMRIG_LANES Lanes along(std::size_t i, const Lanes3& ray) const {
-        return ray.x * edges[i].x + ray.y * edges[i].y + ray.z * edges[i].z;
-    }
-};
-
-/// Rays of a group of points, and how they change to the next pixel on the right and below.
-struct PointRays {
-    Lanes3 at, dx, dy;
-};
-CAMRIG_LANES PointRays point_rays_at(const LensRays& rays, int x, int y) {
-    const Lanes3 at = rays_at(rays, x, y);
-    return {at, rays_at(rays, x + 1, y) - at, rays_at(rays, x, y + 1) - at};
-}
-
-/// The shares of the second and third vertex in the plane of the screen, and their steps. V is float or Lanes.
-template <typename V>
-struct ScreenShares {
-    Lanes second, third;
-    V second_dx, third_dx, second_dy, third_dy;
-};
-
-/// One triangle for all pixels of a group.
-class OneTriangle {
-public:
-    using Value = float;
-    static constexpr bool stays_inside = false;  ///< whether a point beside a triangle takes what its border has
-
-    CAMRIG_LANES OneTriangle(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
-                             const Setup& setup)
-        : rays_(geometry.rays()), setup_(setup), is_front_(triangle.is_front) {
-        for (std::size_t i = 0; i < 3; ++i) corners_[i] = corner_of(geometry, draw, triangle.vertices[i]);
-    }
-
-    CAMRIG_LANES const LensRays* rays() const { return rays_; }
-    CAMRIG_LANES PointRays point_rays(int x, int y) const { return point_rays_at(*rays_, x, y); }
-    CAMRIG_LANES RayEdges<float> ray_edges() const {
-        RayEdges<float> made;
-        for (std::size_t i = 0; i < 3; ++i) {
-            const glm::vec3& edge = setup_.ray->edges[i];
-            made.edges[i] = {edge.x, edge.y, edge.z};
-        }
-        made.length = setup_.ray->length;
-        return made;
-    }
-    /// x is the first pixel of the group.
-    CAMRIG_LANES ScreenShares<float> shares(int x, int y) const {
-        const Setup& s = setup_;
-        const std::int64_t px = std::int64_t{x} * subpixels, py = std::int64_t{y} * subpixels;
-        const double scale = s.inverse_area * subpixels;
-        ScreenShares<float> made;
-        made.second_dx = static_cast<float>(-s.dy[1] * scale);
-        made.third_dx = static_cast<float>(-s.dy[2] * scale);
-        made.second_dy = static_cast<float>(s.dx[1] * scale);
-        made.third_dy = static_cast<float>(s.dx[2] * scale);
-        made.second = static_cast<float>(static_cast<double>(edge(s, 1, px, py)) * s.inverse_area) +
-                      lane_numbers() * made.second_dx;
-        made.third = static_cast<float>(static_cast<double>(edge(s, 2, px, py)) * s.inverse_area) +
-                     lane_numbers() * made.third_dx;
-        return made;
-    }
-    CAMRIG_LANES float inverse_z(std::size_t corner) const { return setup_.at[corner]->inverse_z; }
-    CAMRIG_LANES Lanes where_front(Lanes front, Lanes back) const { return is_front_ ? front : back; }
-
-    template <std::size_t size>
-    CAMRIG_LANES std::array<float, size> values(std::size_t corner, const CornerAttribute& attribute) const {
-        const float* const from = values_at(corners_[corner], attribute);
-        std::array<float, size> made;
-        for (std::size_t i = 0; i < size; ++i) made[i] = from[i];
-        return made;
-    }
-
-private:
-    const LensRays* rays_;
-    const Setup& setup_;
-    std::array<Corner, 3> corners_;
-    bool is_front_;
-};
-
-/// One triangle at places within one pixel; a step is `share` of a pixel's side.
-class TriangleInPixel : public OneTriangle {
-public:
-    /// Beyond a sliver its shares grow without bound within a pixel, so they are clamped.
-    static constexpr bool stays_inside = true;
-
-    CAMRIG_LANES TriangleInPixel(const ViewGeometry& geometry, const ViewDraw& draw, const ScreenTriangle& triangle,
-                                 const Setup& setup, int x, int y, float share)
-        : OneTriangle(geometry, draw, triangle, setup), share_(share) {
-        if (rays() != nullptr) {
-            middle_ray_ = OneTriangle::point_rays(x, y);
-        } else {
-            middle_ = OneTriangle::shares(x, y);
-        }
-    }
-    /// From the middle of the pixel, in pixels.
-    CAMRIG_LANES void go_to(Lanes right, Lanes down) {
-        right_ = right;
-        down_ = down;
-    }
-
-    CAMRIG_LANES ScreenShares<float> shares(int, int) const {
-        ScreenShares<float> made = middle_;
-        made.second = clamp01(middle_.second[0] + right_ * middle_.second_dx + down_ * middle_.second_dy);
-        made.third = middle_.third[0] + right_ * middle_.third_dx + down_ * middle_.third_dy;
-        made.third = min(clamp01(made.third), 1.0f - made.second);
-        for (float* step : {&made.second_dx, &made.third_dx, &made.second_dy, &made.third_dy}) *step *= share_;
-        return made;
-    }
-    /// Between the rays of pixels.
-    CAMRIG_LANES PointRays point_rays(int, int) const {
-        const auto& [at, dx, dy] = middle_ray_;
-        const auto step = [&](const Lanes3& of) __attribute__((always_inline)) {
-            return Lanes3{lanes(of.x[0]), lanes(of.y[0]), lanes(of.z[0])};
-        };
-        const Lanes3 right = step(dx), down = step(dy);
-        return {step(at) + right * right_ + down * down_, right * lanes(share_), down * lanes(share_)};
-    }
-
-private:
-    ScreenShares<float> middle_{};
-    PointRays middle_ray_{};
-    Lanes right_{}, down_{};
-    float share_;
-};
 
 /// A triangle for each pixel of a group, all of one draw.
 template <typename Isa>

@@ -1,7 +1,8 @@
+#include "core/truth/silhouettes.h"
+
 #include <gtest/gtest.h>
 
 #include "core/base/random.h"
-#include "core/truth/make_truth.h"
 
 namespace camrig::truth {
 namespace {
