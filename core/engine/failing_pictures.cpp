@@ -10,18 +10,18 @@ namespace camrig::engine {
 namespace {
 
 using frame::Frame, frame::FrameRef, frame::PixelFormat;
-constexpr auto color = static_cast<std::size_t>(frame::FrameKind::color);
+constexpr auto color = index_of(frame::FrameKind::color);
 
 bool has_failing_color(const render::View& view) {
     return view.failing && view.kinds[color];
 }
 
 bool wants_numbers(const render::View& view) {
-    return view.kinds[static_cast<std::size_t>(frame::FrameKind::sensor)];
+    return view.kinds[index_of(frame::FrameKind::sensor)];
 }
 
 bool wants_soiling(const render::View& view) {
-    return view.kinds[static_cast<std::size_t>(frame::FrameKind::soiling)];
+    return view.kinds[index_of(frame::FrameKind::soiling)];
 }
 
 /// The kept frames in all formats that are wanted; none: one is not there.

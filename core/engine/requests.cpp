@@ -26,7 +26,7 @@ Error not_drawn(const std::string& camera) {
 
 render::View only(render::View view, frame::FrameKind kind) {
     std::ranges::fill(view.kinds, false);
-    view.kinds[static_cast<std::size_t>(kind)] = true;
+    view.kinds[index_of(kind)] = true;
     return view;
 }
 
@@ -43,7 +43,7 @@ Result<TruthMade> truth_of(render::Renderer& renderer, const DueViews& due,
     };
     render::View scene = only(view, frame::FrameKind::instance);
     render::View alone = scene;
-    scene.kinds[static_cast<std::size_t>(frame::FrameKind::depth)] = true;
+    scene.kinds[index_of(frame::FrameKind::depth)] = true;
     auto frames = draw(std::move(scene));
     if (!frames) return std::unexpected(frames.error());
     truth::TruthPictures pictures;

@@ -129,8 +129,8 @@ frame::PixelFormats RigState::made_of(const render::View& view, frame::PixelForm
 
 void RigState::ask_for(render::View& view, frame::PixelFormats wanted) const {
     view.color_formats = made_of(view, wanted);
-    view.kinds[static_cast<std::size_t>(frame::FrameKind::color)] = !view.color_formats.empty();
-    view.kinds[static_cast<std::size_t>(frame::FrameKind::sensor)] = wanted.contains_numbers();
+    view.kinds[index_of(frame::FrameKind::color)] = !view.color_formats.empty();
+    view.kinds[index_of(frame::FrameKind::sensor)] = wanted.contains_numbers();
 }
 
 void RigState::publish(const frame::FrameSet& set, const std::shared_ptr<stream::DeliveryLatch>& latch) {

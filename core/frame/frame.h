@@ -39,6 +39,10 @@ enum class FrameKind : std::uint8_t {
     soiling,
 };
 inline constexpr int frame_kind_count = 8;
+/// Of arrays and sets by kind.
+constexpr std::size_t index_of(FrameKind kind) {
+    return static_cast<std::size_t>(kind);
+}
 /// The first of them, which every renderer draws of every camera.
 inline constexpr int scene_kind_count = 5;
 std::span<const Named<FrameKind>> names_of(std::type_identity<FrameKind>);

@@ -111,9 +111,9 @@ Setup set_up(const Scenery& scenery, const sensor::SensorSpec& spec, const Wishe
     auto with_sensor = std::make_shared<world::CameraSpec>(*view.spec);
     with_sensor->sensor = spec;
     view.spec = with_sensor;
-    view.kinds[static_cast<std::size_t>(frame::FrameKind::sensor)] = true;
-    view.kinds[static_cast<std::size_t>(frame::FrameKind::instance)] = wishes.has_ids;
-    view.kinds[static_cast<std::size_t>(frame::FrameKind::depth)] = wishes.has_ids;
+    view.kinds[index_of(frame::FrameKind::sensor)] = true;
+    view.kinds[index_of(frame::FrameKind::instance)] = wishes.has_ids;
+    view.kinds[index_of(frame::FrameKind::depth)] = wishes.has_ids;
     const auto past = past_of(scenery, *with_sensor);
     const auto instant = past->at(now_ns);
     view.pose = instant.state.pose;

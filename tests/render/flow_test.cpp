@@ -150,8 +150,8 @@ Shot shoot(const world::SceneRef& scene, const TestCamera& test, const Motion& m
         std::make_shared<world::CameraFuture>(world->copy(), "c", camera, std::vector<world::CameraMove>{});
     shot.view.frame_ns = frame_ns;
     std::ranges::fill(shot.view.kinds, false);
-    shot.view.kinds[static_cast<std::size_t>(frame::FrameKind::flow)] = true;
-    for (const frame::FrameKind kind : beside) shot.view.kinds[static_cast<std::size_t>(kind)] = true;
+    shot.view.kinds[index_of(frame::FrameKind::flow)] = true;
+    for (const frame::FrameKind kind : beside) shot.view.kinds[index_of(kind)] = true;
     software::SoftwareDrawer drawer({.pool = std::make_shared<frame::FramePool>(),
                                      .static_layer_bytes = std::int64_t{64} << 20,
                                      .threads = threads,
@@ -404,7 +404,7 @@ TEST(Flow, IsRefusedWithTheReasonByWhoDoesNotDrawIt) {
 TEST(Flow, BesideADevicesPicturesIsWhatItIsAlone) {
     const Shot shot = shoot(scene_of(false), standing);
     View view = shot.view;
-    view.kinds[static_cast<std::size_t>(frame::FrameKind::color)] = true;
+    view.kinds[index_of(frame::FrameKind::color)] = true;
     const auto renderer = create_renderer({.device = "llvmpipe", .pool = std::make_shared<frame::FramePool>()}).value();
     const auto finished = renderer->draw(shot.now, 0, {&view, 1}).value();
     EXPECT_TRUE(finished.failures.empty());

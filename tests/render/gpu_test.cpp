@@ -58,7 +58,7 @@ std::vector<frame::FrameRef> taken_on(const std::string& device, const sensor::S
     seen_by_sensor->sensor = spec;
     with.spec = seen_by_sensor;
     std::fill_n(with.kinds, frame::scene_kind_count, true);
-    with.kinds[static_cast<std::size_t>(frame::FrameKind::sensor)] = true;
+    with.kinds[index_of(frame::FrameKind::sensor)] = true;
     const std::vector<View> views{TestCamera{.size = {160, 120}, .focal_px = 100.0}.view(1), with};
     const auto renderer = create_renderer({.device = device, .pool = std::make_shared<frame::FramePool>()}).value();
     auto finished = renderer->draw(boxes().snapshot(), 0, views).value();

@@ -795,7 +795,7 @@ TEST(LensTruth, IsWhatRaysHitFirst) {
         View view = camera.view();
         std::ranges::fill(view.kinds, false);
         for (const frame::FrameKind kind : {frame::FrameKind::depth, frame::FrameKind::instance})
-            view.kinds[static_cast<std::size_t>(kind)] = true;
+            view.kinds[index_of(kind)] = true;
         const std::vector<frame::FrameRef> frames = all_drawn(*drawer(), world.snapshot(), view);
         ASSERT_EQ(frames.size(), 2u);
         const auto* const depths = reinterpret_cast<const float*>(frames[0]->bytes().data());

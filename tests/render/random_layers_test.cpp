@@ -195,7 +195,7 @@ public:
 
     void ask_for_other_kinds(Random& random) {
         for (std::size_t k = 0; k < frame::scene_kind_count; ++k) view_.kinds[k] = random.chance(k == 0 ? 0.7 : 0.25);
-        view_.kinds[static_cast<std::size_t>(frame::FrameKind::sensor)] = random.chance(0.4);
+        view_.kinds[index_of(frame::FrameKind::sensor)] = random.chance(0.4);
     }
 
     const View& at(int n, const std::shared_ptr<const world::WorldPast>& past, const world::SnapshotRef& instant) {

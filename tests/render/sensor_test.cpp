@@ -46,7 +46,7 @@ View view_of(const sensor::SensorSpec& spec, std::int64_t sequence = 0,
     with_sensor->sensor = spec;
     view.spec = with_sensor;
     view.sequence = sequence;
-    view.kinds[static_cast<std::size_t>(frame::FrameKind::sensor)] = true;
+    view.kinds[index_of(frame::FrameKind::sensor)] = true;
     return view;
 }
 

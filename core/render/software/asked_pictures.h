@@ -13,7 +13,6 @@ namespace camrig::render::software {
 
 /// Some FrameKinds, by number.
 using KindSet = std::bitset<frame::frame_kind_count>;
-inline constexpr auto flow_number = static_cast<std::size_t>(frame::FrameKind::flow);
 
 /// What was asked for of each camera in one instant, call after call. Who took several kinds of the last picture will
 /// take them of this one: they are drawn with the first of them, and kept until the next instant.

@@ -15,7 +15,7 @@ namespace camrig::render::software {
 namespace {
 
 ChannelFrame& channel_of(ViewWork& work, frame::FrameKind kind) {
-    return work.channels[static_cast<std::size_t>(kind)];
+    return work.channels[index_of(kind)];
 }
 
 /// Of words.
@@ -176,7 +176,7 @@ void begin_channels(ViewWork& work, const PixelRect& band) {
             fill(rows_of(channel), in_words(kind, band), nothing_of(kind));
             continue;
         }
-        const Rows<std::uint32_t> kept = work.layer->channels[static_cast<std::size_t>(kind)].rows();
+        const Rows<std::uint32_t> kept = work.layer->channels[index_of(kind)].rows();
         const auto put_back = [&](std::span<const PixelRect> rects) {
             for (const PixelRect& rect : rects) copy(kept, rows_of(channel), in_words(kind, common(rect, band)));
         };
@@ -197,7 +197,7 @@ void keep_channels(ViewWork& work, const PixelRect& band) {
     for (const frame::FrameKind kind : channel_kinds) {
         const ChannelFrame& channel = channel_of(work, kind);
         if (channel.frame == nullptr) continue;
-        copy(rows_of(channel), work.layer->channels[static_cast<std::size_t>(kind)].rows(), in_words(kind, band));
+        copy(rows_of(channel), work.layer->channels[index_of(kind)].rows(), in_words(kind, band));
     }
 }
 

@@ -44,9 +44,8 @@ void SoftwareDrawer::draw_exposed(ViewWork& work, TimeNs monotonic_ns) {
         in_bands(work, work.whole, [&](int, const PixelRect& band) { expose_rows(work, band); });
         in_bands(work, work.whole, [&](int, const PixelRect& band) { develop_rows(work, band); });
     }
-    if (std::ranges::any_of(channel_kinds, [&](frame::FrameKind kind) {
-            return work.channels[static_cast<std::size_t>(kind)].frame != nullptr;
-        }))
+    if (std::ranges::any_of(channel_kinds,
+                            [&](frame::FrameKind kind) { return work.channels[index_of(kind)].frame != nullptr; }))
         draw_moment_channels(work, spread.moved.most);
     work.layer = nullptr;
     end_band(work, scratch_[0]);
@@ -72,7 +71,7 @@ void SoftwareDrawer::begin_moment(const ViewWork& work, const world::CameraPast:
     place(at.snapshot);
     moment_view_ = view_at(*work.view, at.state);
     if (point != glm::dvec2(0.0)) moment_view_ = seen_from(moment_view_, *aperture_of(*moment_view_.spec), point);
-    const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
+    const bool is_shaded = work.kinds[index_of(frame::FrameKind::color)];
     ViewWork& moment = moment_;
     moment.view = &moment_view_;
     moment.backdrop = work.backdrop;
@@ -106,7 +105,7 @@ SoftwareDrawer::Spread SoftwareDrawer::spread_of(ViewWork& work, TimeNs monotoni
     const auto aperture = aperture_of(*view.spec);
     if (!needs_depth(*work.motion) && !aperture) return {.moved = moved_pixels(*work.motion, view, nullptr)};
     begin_moment(work, work.motion->moments[1], 0.0);
-    auto& depth = moment_.channels[static_cast<std::size_t>(frame::FrameKind::depth)].frame;
+    auto& depth = moment_.channels[index_of(frame::FrameKind::depth)].frame;
     depth = acquire_frame(*options_.pool, view, frame::FrameKind::depth, frame::PixelFormat::depth32f,
                           work.exposure->times.end_ns(), monotonic_ns);
     draw_moment_rows_of_channels(work.whole);
@@ -154,7 +153,7 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     const CpuMeter meter(work.cost_ns);
     const View& view = *work.view;
     work.whole = {0, 0, view.spec->size.width, view.spec->size.height};
-    auto& flow = work.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame;
+    auto& flow = work.channels[index_of(frame::FrameKind::flow)].frame;
     flow = acquire_frame(*options_.pool, view, frame::FrameKind::flow, frame::PixelFormat::flow32f, instant_ns_,
                          monotonic_ns, work.exposure);
     const world::SnapshotRef instant = scene_.snapshot();
@@ -162,12 +161,12 @@ void SoftwareDrawer::draw_flow(ViewWork& work, TimeNs monotonic_ns) {
     state.pose = view.pose;
     state.intrinsics = view.spec->intrinsics;
     begin_moment(work, {instant, state}, 0.0);
-    moment_.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame = flow;
+    moment_.channels[index_of(frame::FrameKind::flow)].frame = flow;
     look_ahead(work, instant_ns_);
     draw_moment_rows_of_channels(work.whole);
     moment_.channels = {};
     work.cost_ns += moment_.cost_ns.exchange(0);
-    work.kinds.set(static_cast<std::size_t>(frame::FrameKind::flow));
+    work.kinds.set(index_of(frame::FrameKind::flow));
 }
 
 }  // namespace camrig::render::software

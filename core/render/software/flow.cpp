@@ -135,7 +135,7 @@ void SceneAhead::follow(std::span<const ViewDraw> draws) {
 
 void describe_flow(const ViewScratch& scratch, const PixelRect& rect, ViewWork& work) {
     const ViewGeometry& geometry = scratch.geometry;
-    frame::Frame& frame = *work.channels[static_cast<std::size_t>(frame::FrameKind::flow)].frame;
+    frame::Frame& frame = *work.channels[index_of(frame::FrameKind::flow)].frame;
     auto* const pixels = reinterpret_cast<float*>(frame.mutable_bytes().data());
     const Rows<std::uint32_t> numbers = scratch.numbers.rows();
     std::uint32_t last = 0;

@@ -88,7 +88,7 @@ void SoftwareDrawer::draw(std::span<const View* const> views, TimeNs monotonic_n
         if (works_[i].kinds.none() && !works_[i].wants_flow) continue;
         prepare(*views[i], works_[i]);
         if (works_[i].motion) {
-            works_[i].kinds.set(flow_number, works_[i].wants_flow);
+            works_[i].kinds.set(index_of(frame::FrameKind::flow), works_[i].wants_flow);
             exposed_.push_back(&works_[i]);
             continue;
         }
@@ -149,7 +149,7 @@ void SoftwareDrawer::give_frames(ViewWork& work, const View& view, std::vector<f
     for (std::size_t k = 0; k < work.kinds.size(); ++k) {
         frame::FrameRef frame;
         if (work.kinds[k]) frame = std::move(k == 0 ? work.frame : work.channels[k].frame);
-        if (work.asked != nullptr && k != flow_number) {
+        if (work.asked != nullptr && k != index_of(frame::FrameKind::flow)) {
             if (frame != nullptr) work.asked->frames[k] = frame;
             frame = work.asked->frames[k];
         }

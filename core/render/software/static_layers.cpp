@@ -33,7 +33,7 @@ void StaticLayers::make(ViewWork& work, bool has_blended, bool has_catchers) {
     const bool is_blended = is_shaded && has_blended && !work.has_film(), has_steps = is_shaded && work.has_areas;
     const bool is_shadowed = is_shaded && work.movers_darken();
     const auto is_missing = [&](frame::FrameKind kind) {
-        const auto k = static_cast<std::size_t>(kind);
+        const auto k = index_of(kind);
         return work.channels[k].frame != nullptr && !layer.channels[k];
     };
     const auto is_light = static_cast<bool>(work.canvas.light);
@@ -65,8 +65,7 @@ void StaticLayers::make(ViewWork& work, bool has_blended, bool has_catchers) {
     }
     if (has_steps) layer.areas.steps = Plane<std::uint32_t>(size);
     for (const frame::FrameKind kind : channel_kinds)
-        if (is_missing(kind))
-            layer.channels[static_cast<std::size_t>(kind)] = Plane<std::uint32_t>(words_of(kind, size));
+        if (is_missing(kind)) layer.channels[index_of(kind)] = Plane<std::uint32_t>(words_of(kind, size));
 }
 
 void StaticLayers::keep_areas(ViewWork& work, const ViewScratch& scratch) {

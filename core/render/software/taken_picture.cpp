@@ -17,7 +17,7 @@ void begin_taking(ViewWork& work, std::array<Plane<float>, 3>& light, std::vecto
     for (Plane<float>& plane : light) plane.fit(work.view->spec->size);
     work.canvas.light = light_rows(light);
     const std::size_t count = work.exposure->sensor->count();
-    if (const auto& raw = work.channels[static_cast<std::size_t>(frame::FrameKind::sensor)].frame; raw != nullptr) {
+    if (const auto& raw = work.channels[index_of(frame::FrameKind::sensor)].frame; raw != nullptr) {
         work.numbers = {reinterpret_cast<std::uint16_t*>(raw->mutable_bytes().data()), count};
     } else {
         if (numbers.size() < count) numbers.resize(count);

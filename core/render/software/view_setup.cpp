@@ -24,7 +24,7 @@ bool is_within_reach(double principal_point, int side) {
 bool has_all_that_is_asked_for(const StaticLayer& layer, const ViewWork& work) {
     if (layer.number == 0 || (work.is_shaded() && !layer.picture)) return false;
     return std::ranges::all_of(channel_kinds, [&](frame::FrameKind kind) {
-        const auto k = static_cast<std::size_t>(kind);
+        const auto k = index_of(kind);
         return work.channels[k].frame == nullptr || layer.channels[k];
     });
 }
@@ -68,12 +68,11 @@ KindSet SoftwareDrawer::kinds_to_draw(const View& view, ViewWork& work) {
     KindSet wanted;
     for (std::size_t k = 0; k < wanted.size(); ++k) wanted[k] = view.kinds[k] && can(static_cast<frame::FrameKind>(k));
     // What comes may be another future with each question: flow is not kept.
-    work.wants_flow = wanted[flow_number];
-    wanted.reset(flow_number);
+    work.wants_flow = wanted[index_of(frame::FrameKind::flow)];
+    wanted.reset(index_of(frame::FrameKind::flow));
     KindSet drawn = asked_.to_draw(view, wanted, can, work.asked);
     // Numbers are made on the way to the picture.
-    if (drawn[static_cast<std::size_t>(frame::FrameKind::sensor)])
-        drawn.set(static_cast<std::size_t>(frame::FrameKind::color));
+    if (drawn[index_of(frame::FrameKind::sensor)]) drawn.set(index_of(frame::FrameKind::color));
     return drawn;
 }
 
@@ -83,7 +82,7 @@ void SoftwareDrawer::prepare(const View& view, ViewWork& work) {
     work.proxies = scene_.proxies_of(view.spec->backdrop_here);
     work.picture = nullptr;
     work.film_frame = -1;
-    const bool is_shaded = work.kinds[static_cast<std::size_t>(frame::FrameKind::color)];
+    const bool is_shaded = work.kinds[index_of(frame::FrameKind::color)];
     work.scene = scene_view_of(view, is_shaded ? view.quality : world::Quality::simple);
     if (work.backdrop != nullptr && !work.backdrop->is_sampled() && is_shaded) take_picture_of_backdrop(work);
     if (view.spec->backdrop) {
