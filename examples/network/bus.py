@@ -39,6 +39,7 @@ class Server:
         file = folder / f"nats-server_{self._child.pid}.ports"
         while not file.exists() or not file.read_text():
             if self._child.poll() is not None or time.monotonic() > deadline:
+                self.stop()
                 raise SystemExit(f"nats-server did not start; {folder}/nats.log may say why")
             time.sleep(0.02)
         self.url = json.loads(file.read_text())["nats"][0]

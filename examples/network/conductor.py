@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import subprocess
 import sys
@@ -11,7 +12,6 @@ from pathlib import Path
 from typing import Any, Callable
 
 import camrig
-from camrig.places import find_binary
 
 from .bus import BEAT_S, Bus, Server, environment
 from .node import phases
@@ -29,14 +29,18 @@ class Programs:
         (folder / "plan.json").write_text(json.dumps(plan.to_json(), indent=1) + "\n")
         self.running: dict[str, subprocess.Popen[bytes]] = {}
         self.ends: dict[str, int] = {}
-        for name in plan.names():
-            has_camera = name in plan.cameras or name in plan.heads
-            command = [find_binary(), "--control", rig.control, "exec", "--"] if has_camera and is_device else []
-            command += [sys.executable, "-m", "examples.network.program", str(folder / "plan.json"), name, "--bus", url, "--out", str(folder)]
-            command += ["--source", stage.source(rig, name, is_device)] if has_camera else []
-            command += ["--beat"] if is_lockstep else []
-            with (folder / f"{name}.err").open("wb") as errors:
-                self.running[name] = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, env=environment())
+        try:
+            for name in plan.names():
+                has_camera = name in plan.cameras or name in plan.heads
+                command = [rig.program, "--control", rig.control, "exec", "--"] if has_camera and is_device else []
+                command += [sys.executable, "-m", "examples.network.program", str(folder / "plan.json"), name, "--bus", url, "--out", str(folder)]
+                command += ["--source", stage.source(rig, name, is_device)] if has_camera else []
+                command += ["--beat"] if is_lockstep else []
+                with (folder / f"{name}.err").open("wb") as errors:
+                    self.running[name] = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, env=environment())
+        except BaseException:
+            self.stop()
+            raise
 
     def alive(self) -> list[str]:
         """Those that run; who has ended is told apart."""
@@ -67,17 +71,16 @@ class Conductor:
 
     def run(self, steps: int) -> dict[str, int]:
         """The ends of programs that ended early: {name: exit code}."""
-        server = Server(self._folder)
-        is_lockstep = self._rig.status()["mode"] == "lockstep"
-        if not is_lockstep:
-            self._rig.resume()
-        programs = Programs(self._rig, self._plan, server.url, self._folder, self._is_device, is_lockstep)
-        try:
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(self._truth)
+            server = Server(self._folder)
+            stack.callback(server.stop)
+            is_lockstep = self._rig.status()["mode"] == "lockstep"
+            if not is_lockstep:
+                self._rig.resume()
+            programs = Programs(self._rig, self._plan, server.url, self._folder, self._is_device, is_lockstep)
+            stack.callback(programs.stop)
             asyncio.run(self._run(server.url, programs, steps, is_lockstep))
-        finally:
-            programs.stop()
-            server.stop()
-            self._truth.close()
         return programs.ends
 
     async def _run(self, url: str, programs: Programs, steps: int, is_lockstep: bool) -> None:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from collections import Counter
+from types import SimpleNamespace
 
 import nats
 import pytest
@@ -112,6 +113,37 @@ def test_messages_and_bytes_that_nodes_count_are_those_on_the_bus(tmp_path):
         for message in spies[0].heard:
             heard[message[0]] += (1, message[1])[index]
         assert heard == +counted and heard
+
+
+class NoRig:
+    """Has no second camera, and its world does not go on."""
+
+    program, control = "false", "/nowhere"
+
+    def __init__(self, mode):
+        self._mode = mode
+
+    def status(self):
+        return {"mode": self._mode}
+
+    def resume(self):
+        raise camrig.CamrigError("unavailable", "it is gone")
+
+    def camera(self, name):
+        if name != "one":
+            raise camrig.CamrigError("not_found", name)
+        return SimpleNamespace(url=lambda kind: "rtsp://127.0.0.1:1/one")
+
+
+@pytest.mark.parametrize("mode, started", [("realtime", 1), ("lockstep", 2)])
+def test_a_network_that_cannot_begin_leaves_nothing_running(tmp_path, monkeypatch, mode, started):
+    begun, popen = [], subprocess.Popen
+    monkeypatch.setattr(subprocess, "Popen", lambda *words, **how: begun.append(popen(*words, **how)) or begun[-1])
+    plan = SimpleNamespace(names=lambda: ["one", "two"], cameras={"one": {}, "two": {}}, heads={}, to_json=dict)
+    with pytest.raises(camrig.CamrigError):
+        Conductor(NoRig(mode), plan, tmp_path, False, lambda *_: None).run(STEPS)
+    # The server first, then the program that could be started.
+    assert len(begun) == started and all(child.poll() is not None for child in begun)
 
 
 @pytest.mark.slow

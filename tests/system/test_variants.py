@@ -104,6 +104,21 @@ def test_what_a_scenes_base_has_can_be_changed_too(tmp_path):
         assert {actor["variant"] for actor in rig.actors() if actor["class"] == "person"} == {value for place, value in made.items() if place.endswith("/variant")}
 
 
+@pytest.mark.parametrize("name", ["street", "minimal"])
+def test_a_plans_daylight_goes_with_a_scene_that_has_light_of_its_own(tmp_path, name):
+    file = write_varied(name, varied(read_scene(name), None, changes(read_scene(name), 4, ["light"])), tmp_path / "scene")
+    subprocess.run([camrig.find_binary(), "check", file], check=True)
+
+
+@pytest.mark.parametrize("name", ["street-evening", "street-night"])
+def test_the_day_that_chance_makes_is_exposed_for_whatever_was_white_before(name):
+    with camrig.start(name, mode="lockstep", device="cpu") as rig:
+        eye = rig.create_camera("eye", size=(160, 120), fps=10, position=(-12, -2, 6), look_at=(0, 0, 1))
+        rig.randomize(3, ["light"])
+        rig.step(seconds=0.1)
+        assert 50 < eye.frame().image.mean() < 200
+
+
 def test_the_command_line_randomizes_a_running_rig(scene):
     with camrig.start(scene(), mode="lockstep") as rig:
         told = subprocess.run([camrig.find_binary(), "--control", rig.control, "--json", "randomize", "7", "--only", "clothes"], check=True, capture_output=True, text=True)

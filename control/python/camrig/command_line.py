@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from pathlib import Path
 from typing import Callable, NoReturn, Sequence
 
 from .errors import CamrigError
 from .rig import Rig, connect
+from .token_file import read_token
 
 _EXIT_FAILED, _EXIT_USAGE = 1, 2
 
@@ -54,10 +54,3 @@ def run(main: Callable[[Sequence[str]], int]) -> int:
 def _fail(message: str) -> int:
     print("camrig: " + " ".join(message.split()), file=sys.stderr)
     return _EXIT_FAILED
-
-
-def read_token(path: str) -> str:
-    try:
-        return Path(path).read_text().strip()
-    except OSError as problem:
-        raise CamrigError("invalid_argument", f"--token-file {path}: {problem.strerror}") from problem

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 # A server that does not know a method is older than the client, or was built without the part.
@@ -42,3 +43,17 @@ def error_of_reply(method: str, error: Any) -> CamrigError:
     if not isinstance(kind, str):
         kind = _KIND_OF_CODE.get(error.get("code", 0), "internal")
     return CamrigError(kind, str(error.get("message", "no message")))
+
+
+def error_of_command(printed: str, otherwise: CamrigError) -> CamrigError:
+    """The exception for what a ``camrig`` command with ``--json`` printed on stderr when it failed: what the last line says,
+    ``{"error": {"kind": "...", "message": "..."}}``. Without such a line it is of the kind of ``otherwise``, with all that was printed, if anything was."""
+    text = printed.strip()
+    try:
+        error = json.loads(text.rpartition("\n")[2])["error"]
+        kind, message = error["kind"], error["message"]
+        if isinstance(kind, str) and isinstance(message, str):
+            return CamrigError(kind, message)
+    except (ValueError, TypeError, KeyError, RecursionError):
+        pass
+    return CamrigError(otherwise.kind, text.removeprefix("camrig: ") or otherwise.message)

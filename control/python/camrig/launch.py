@@ -17,6 +17,7 @@ from .client import Client
 from .errors import CamrigError, CamrigTimeout
 from .places import find_binary, find_scene
 from .rig import Rig
+from .token_file import read_token
 from .transport import MAX_WAIT_S, unix_connector
 
 
@@ -40,6 +41,7 @@ def start(
     http: int = 0,
     rtsp: int = 0,
     tcp: int | None = None,
+    token_file: str | os.PathLike[str] | None = None,
     binary: str | os.PathLike[str] | None = None,
     args: Sequence[str] = (),
     env: Mapping[str, str] | None = None,
@@ -49,14 +51,16 @@ def start(
     """Starts `camrig serve SCENE` with a private control socket and free ports, and waits until it is ready.
 
     mode (realtime, lockstep), device (EGL device number, "cpu", or "llvmpipe": Mesa's rasteriser), seed, overload (drop, slow), quality (fast, simple,
-    beautiful), http, rtsp, tcp (ports; 0: any free one) are the options of that command; ``args`` are further ones. ``env`` adds
-    to the environment; ``runner`` are words to put before the command, as of setpriv or taskset. The rig ends with close(), with the context manager, or with this Python program. close() raises CamrigError
-    when the rig has not ended as it should: with exit code 0, within 5 s ($CAMRIG_STOP_TIMEOUT_S).
+    beautiful), http, rtsp, tcp (ports; 0: any free one), token_file (a file with the token that clients show; the rig's URLs have it) are the options of
+    that command; ``args`` are further ones. ``env`` adds to the environment; ``runner`` are words to put before the command, as of setpriv or taskset. The
+    rig ends with close(), with the context manager, or with this Python program. close() raises CamrigError when the rig has not ended as it should: with
+    exit code 0, within 5 s ($CAMRIG_STOP_TIMEOUT_S).
     """
+    token = read_token(token_file) if token_file is not None else None
     program = os.fspath(binary) if binary is not None else find_binary()
     command = [program, "serve", find_scene(scene, program)]
     command += ["--http", str(http), "--rtsp", str(rtsp)]
-    for option, value in (("mode", mode), ("device", device), ("seed", seed), ("overload", overload), ("quality", quality), ("tcp", tcp)):
+    for option, value in (("mode", mode), ("device", device), ("seed", seed), ("overload", overload), ("quality", quality), ("tcp", tcp), ("token-file", token_file)):
         if value is not None:
             command += [f"--{option}", str(value)]
     process = _Process(command, list(args), env, runner)
@@ -68,8 +72,10 @@ def start(
             Client(unix_connector(process.control)),
             control=process.control,
             host="127.0.0.1" if host in ("0.0.0.0", "::") else host,
+            token=token,
             ports=ports,
             owner=process,
+            program=program,
         )
     except BaseException:
         process.discard()

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 KINDS = ("light", "clothes")
 _PERSON = "person"
 _MAX_VARIANT = 2**31
+#: Where white is drawn as white, in a scene with daylight that says nothing else: daylight_lux of core/world/daylit.h.
+_DAYLIGHT_LUX = 100e3
 #: Of one event.act.
 _MAX_ACTS = 64
 
@@ -36,7 +38,7 @@ def changes(scene: Mapping[str, Any], seed: int, kinds: Collection[str] = KINDS,
         raise CamrigError("invalid_argument", f"'{unknown[0]}' is none of {', '.join(KINDS)}")
     made: dict[str, Any] = {}
     if "light" in kinds:
-        made |= _daylight(seed) if _has_sun(scene) else _lamps(scene, seed)
+        made |= _daylight(scene, seed) if _has_sun(scene) else _lamps(scene, seed)
     if "clothes" in kinds:
         if people is None:
             people = [actor["name"] for actor in scene.get("actors", []) if actor.get("class") == _PERSON]
@@ -89,13 +91,14 @@ def _has_sun(scene: Mapping[str, Any]) -> bool:
     return "daylight" in scene.get("environment", {}) or any(light.get("name") == "sun" for light in scene.get("lights", []))
 
 
-def _daylight(seed: int) -> dict[str, Any]:
+def _daylight(scene: Mapping[str, Any], seed: int) -> dict[str, Any]:
     """A sun from 8 degrees up anywhere in the sky, air from clean to hazy, half of the days with clouds; exposed as a camera would, within half a stop."""
     low, high = math.sin(math.radians(8)), math.sin(math.radians(68))
     height = low + (high - low) * _unit(seed, "elevation")
     overcast = max(0.0, 2 * _unit(seed, "overcast") - 1)
     # Of a level surface, in multiples of 100 klx: core/daylight's within 10 % (clear, and all clouds).
     light = (1 - overcast) * 1.24 * height**1.36 + overcast * 0.21 * height
+    white = scene.get("environment", {}).get("lux", _DAYLIGHT_LUX) / 100e3
     return {
         "/environment/daylight": {
             "azimuth_deg": _number(360 * _unit(seed, "azimuth")),
@@ -103,7 +106,7 @@ def _daylight(seed: int) -> dict[str, Any]:
             "turbidity": _number(2.2 + 5.8 * _unit(seed, "turbidity")),
             "overcast": _number(overcast),
         },
-        "/environment/exposure": _number(0.9 / light * 2 ** (_unit(seed, "exposure") - 0.5)),
+        "/environment/exposure": _number(0.9 / light * white * 2 ** (_unit(seed, "exposure") - 0.5)),
     }
 
 

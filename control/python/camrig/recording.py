@@ -8,18 +8,17 @@ import subprocess
 import tempfile
 from typing import Any, Sequence
 
-from .errors import CamrigError, CamrigTimeout
-from .places import find_binary
+from .errors import CamrigError, CamrigTimeout, error_of_command
 
 #: A recording that is asked to end completes its labels first.
 _FINISH_TIMEOUT_S = 60.0
 
 
-def record(control: str, token: str | None, options: Sequence[str], timeout: float | None) -> dict[str, Any]:
-    """Runs `camrig record` at the rig with that control socket (a path, or HOST:PORT); gives what it prints. One that takes longer than
+def record(program: str, control: str, token: str | None, options: Sequence[str], timeout: float | None) -> dict[str, Any]:
+    """Runs `camrig record`, of that program, at the rig with that control socket (a path, or HOST:PORT); gives what it prints. One that takes longer than
     `timeout` seconds, or is interrupted, is asked to end: what is there then is a data set, and the world goes on."""
     with tempfile.NamedTemporaryFile("w", prefix="camrig-token-") as token_file:  # readable by its owner only
-        command = [find_binary(), "record", "--control", control, "--json", *options]
+        command = [program, "record", "--control", control, "--json", *options]
         if token:
             token_file.write(token)
             token_file.flush()
@@ -39,7 +38,7 @@ def record(control: str, token: str | None, options: Sequence[str], timeout: flo
                 raise
     if child.returncode != 0:
         kind = "invalid_argument" if child.returncode == 2 else "unavailable"
-        raise CamrigError(kind, err.strip().removeprefix("camrig: ") or f"record: exit code {child.returncode}")
+        raise error_of_command(err, CamrigError(kind, f"record: exit code {child.returncode}"))
     return json.loads(out)
 
 

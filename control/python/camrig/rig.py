@@ -15,6 +15,7 @@ from .errors import CamrigError
 from .fault import Faults
 from .grab import Instant, grab
 from .network import Network
+from .places import find_binary
 from .recording import record, record_options
 from .spec import camera_params, step_params, takes_camera_options
 from .transport import http_connector, tcp_connector, unix_connector
@@ -47,14 +48,16 @@ class Rig:
         token: str | None = None,
         ports: dict[str, int] | None = None,
         owner: Owner | None = None,
+        program: str | None = None,
     ) -> None:
-        """control: where the command line finds this rig, a path or HOST:PORT; None when it cannot."""
+        """control: where the command line finds this rig, a path or HOST:PORT; None when it cannot. program: the camrig that runs it, if we know."""
         self.client = client
         self._control = control
         self.token = token
         self._host = host
         self._ports = ports
         self._owner = owner
+        self._program = program
 
     # Cameras
 
@@ -214,7 +217,7 @@ class Rig:
             raise CamrigError("unsupported", "record: goes over the Unix socket or TCP (serve --tcp, connect(host=, port=)), not over HTTP")
         names = [camera if isinstance(camera, str) else camera.name for camera in cameras]
         options = record_options(folder, names, seconds=seconds, frames=frames, format=format, depth=depth, flow=flow, masks=masks, soiling=soiling, yolo=yolo)
-        return record(self._control, self.token, options, timeout)
+        return record(self.program, self._control, self.token, options, timeout)
 
     def randomize(self, seed: int, kinds: Sequence[str] = ("light", "clothes")) -> dict[str, Any]:
         """Light and people's clothes by chance, from now on: equal seeds make equal changes. Gives places in the scene file and their values, as a plan
@@ -241,6 +244,11 @@ class Rig:
     def control(self) -> str | None:
         """Where the command line finds this rig (``--control``); None when it cannot."""
         return self._control
+
+    @property
+    def program(self) -> str:
+        """The camrig program for this rig's command line: the one that start() ran, else what find_binary() finds."""
+        return self._program or find_binary()
 
     @property
     def fault(self) -> Faults:
@@ -363,21 +371,18 @@ def connect(
     none itself.
     """
     has_parts = host is not None or port is not None or http_port is not None
-    if not control and not has_parts:
-        control = default_control_path()
+    if has_parts and (control or (port is None) == (http_port is None)):
+        raise CamrigError("invalid_argument", "connect: give control, or host with either port (TCP) or http_port")
+    if has_parts:
+        host = host or "127.0.0.1"
+    else:
+        control = control or default_control_path()
     if isinstance(control, str) and _is_address(control):
-        if has_parts:
-            raise CamrigError("invalid_argument", "connect: give an address, or host and port")
         if control.startswith("http://"):
             host, http_port, key = _parts_of(control)
             return connect(host=host, http_port=http_port, token=token or key, timeout=timeout)
         host, port = _host_and_port(control)
         return connect(host=host, port=port, token=token, timeout=timeout)
-    if host is None:
-        if port is not None or http_port is not None:
-            host = "127.0.0.1"
-    elif control is not None or (port is None) == (http_port is None):
-        raise CamrigError("invalid_argument", "connect: give control, or host with either port (TCP) or http_port")
     if host is None:
         assert control is not None
         path = os.fspath(control)

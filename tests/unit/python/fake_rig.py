@@ -195,7 +195,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("command")
     parser.add_argument("scene")
-    for option in ("control", "http", "rtsp", "mode", "device", "seed"):
+    for option in ("control", "http", "rtsp", "mode", "device", "seed", "token-file"):
         parser.add_argument(f"--{option}")
     parser.add_argument("--ready-fd", type=int)
     options = parser.parse_args()

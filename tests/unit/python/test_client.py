@@ -336,6 +336,24 @@ def test_a_path_object_with_a_colon_is_a_path_and_so_is_text_with_a_slash(tmp_pa
     server.server_close()
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"control": "/run/a.sock", "http_port": 8080},
+        {"control": "/run/a.sock", "port": 9000},
+        {"control": Path("/run/a.sock"), "host": "127.0.0.1", "port": 9000},
+        {"control": "127.0.0.1:9000", "http_port": 8080},
+        {"port": 9000, "http_port": 8080},
+        {"host": "127.0.0.1", "port": 9000, "http_port": 8080},
+        {"host": "127.0.0.1"},
+    ],
+)
+def test_two_places_of_one_rig_or_half_of_one_are_an_error(wrong):
+    with pytest.raises(camrig.CamrigError, match="give control, or host with either port .TCP. or http_port") as refused:
+        camrig.connect(**wrong)
+    assert refused.value.kind == "invalid_argument"
+
+
 @pytest.mark.parametrize("address", ["host:", ":80", "host:port", "host:0", "host:99999", "host:+8", "http://", "http://:80", "http://127.0.0.1:99999", "http://127.0.0.1:80/cameras"])
 def test_an_address_that_is_none_is_said_to_be(address):
     with pytest.raises(camrig.CamrigError) as refused:

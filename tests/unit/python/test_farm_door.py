@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import json
 import socket
+import time
 
 import pytest
 
@@ -11,7 +12,8 @@ from camrig.errors import CamrigError
 from camrig.farm.live import budget as budget_module
 from camrig.farm.live import socket_door, wrong_tokens
 from camrig.farm.live.budget import PIECE_BYTES, Budget, Claim, read_exactly, read_line
-from camrig.farm.live.door import text_of
+from camrig.farm.live.door import Client, Door, text_of
+from camrig.farm.live.log import Subjects
 from camrig.farm.live.wrong_tokens import WrongTokens
 
 MIB = 1 << 20
@@ -180,6 +182,38 @@ def test_a_wrong_token_is_answered_late_counted_and_told(tmp_path, capsys, monke
 
     asyncio.run(run())
     assert capsys.readouterr().err.count("127.0.0.1 has sent a wrong token; 1 since the start") == 1
+
+
+@pytest.mark.parametrize("token, said", [("fedcba9876543210", "this is not the token"), (None, "node far: its rig on 127.0.0.1 asks for the farm's token; give --token-file")])
+def test_a_nodes_rig_that_refuses_the_doors_token_is_no_dead_node(tmp_path, token, said):
+    refusal = text_of({"jsonrpc": "2.0", "id": 0, "error": {"code": -32000, "message": "this is not the token", "data": {"kind": "unauthorized"}}})
+
+    async def refuse(reader, writer):
+        await reader.readline()
+        writer.write(refusal)
+        writer.close()
+
+    async def run():
+        server = await asyncio.start_server(refuse, "127.0.0.1", 0)
+        door = Door(None, Subjects("t"), token)
+        report = {"node": "far", "life": "1", "at": time.monotonic(), "leaves": False, "is_behind": False, "control": str(tmp_path / "of_another_machine.sock"),
+                  "host": "127.0.0.1", "tcp": server.sockets[0].getsockname()[1]}
+        door._nodes.hear(report)
+        client = Client(Claim(door.budget))
+
+        async def asked(method):
+            return json.loads(await door.answer(text_of({"jsonrpc": "2.0", "id": 1, "method": method, "params": {}}), client))["error"]
+
+        for _ in range(2):
+            wrong = await asked("camera.list")
+            assert wrong["data"]["kind"] == "unauthorized" and said in wrong["message"]
+            door._writes = {"camera.create"}  # then it is the question itself that the node is asked
+        door._nodes.hear({**report, "tcp": None})
+        gone = await asked("camera.list")
+        assert gone["data"]["kind"] == "unavailable" and "no node of this farm is there" in gone["message"]
+        server.close()
+
+    asyncio.run(run())
 
 
 def test_a_door_takes_nobodys_place(tmp_path):

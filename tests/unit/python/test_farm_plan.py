@@ -17,6 +17,7 @@ import pytest
 from camrig import CamrigError
 from camrig.farm.batch import plan as plans
 from camrig.json_checks import Wrong
+from camrig.farm.batch import draw
 from camrig.farm.batch.draw import _seconds
 from camrig.farm.batch.hashing import seed_of
 from camrig.farm.batch.pointer import PointerError, assign
@@ -79,6 +80,7 @@ def test_sobols_numbers_are_those_that_were_published_with_a_plan():
     ([{"sobol": {"/a": {"min": 0, "max": 1}}}], "vary[0].count: goes with"),
     ([{"product": {"/a": []}}], "vary[0].product./a: must be a list of 1 to"),
     ([{"product": {"/a": [1]}}, {"rows": [{"/a": 2}]}], "vary[1]: '/a' is varied by an earlier block"),
+    ([{"product": {"/a": [1, 2]}}, {"rows": [{"/b": 1}, {"/a": 9}]}], "vary[1]: '/a' is varied by an earlier block"),
     ([{"latin_hypercube": {"/a": {"min": 2, "max": 1}}, "count": 2}], "vary[0].latin_hypercube./a.max: must be over min"),
     ([{"sobol": {"/a": {"min": 0, "max": 1, "scale": "log"}}, "count": 2}], "vary[0].sobol./a.min: must be over 0"),
     ([{"product": {"/a": list(range(1000)), "/b": list(range(1000))}}], "makes 1000000 variants; at most"),
@@ -120,6 +122,60 @@ def test_a_scene_on_a_base_is_drawn_with_what_its_plan_and_its_base_say(load, tm
     assert len({shard.id, lit.id, other.id}) == 3, "what decides how a shard is drawn is in its name"
 
 
+def test_daylight_that_comes_takes_the_place_of_the_scenes_own_light(load):
+    scene = {**SCENE, "environment": {"ambient": {"sky": [1, 1, 1]}, "background": [0, 0, 1], "exposure": 1}}
+    day = {"/environment/daylight": {"azimuth_deg": 0, "elevation_deg": 30}}
+    assert varied(scene, None, day)["environment"] == {"exposure": 1, "daylight": day["/environment/daylight"]}
+    # What a plan says is left to the rig, which says what is wrong with it.
+    said = varied(scene, None, {**day, "/environment/ambient/sky": [0, 0, 0], "/environment/background": [1, 0, 0]})["environment"]
+    assert said["ambient"] == {"sky": [0, 0, 0]} and said["background"] == [1, 0, 0]
+    assert varied(scene, None, {"/environment/exposure": 2})["environment"] == {**scene["environment"], "exposure": 2}
+
+
+def test_models_of_a_shipped_base_and_files_with_escaped_names_are_in_the_name(load, tmp_path, monkeypatch):
+    monkeypatch.setenv("CAMRIG_SCENES", str(tmp_path / "shipped"))
+    (tmp_path / "shipped" / "low").mkdir(parents=True)
+    (tmp_path / "shipped" / "low.json").write_text(json.dumps({**SCENE, "models": {"own": {"file": "low/own.glb"}, "anna": {"file": "camrig:low/anna"}}}))
+    (tmp_path / "scene.json").write_text(json.dumps({"base": "camrig:low", "models": {"box": {"file": "box.gltf"}}}))
+    (tmp_path / "box.gltf").write_text(json.dumps({"images": [{"uri": "my%20wood.png"}, {"uri": "plain.png"}, {"uri": "%00"}, {"uri": "x" * 999}]}))
+    names = {load()[0].id}
+    for file in ("shipped/low/own.glb", "shipped/low/anna.glb", "my wood.png", "plain.png"):
+        (tmp_path / file).write_bytes(b"something")
+        names.add(load()[0].id)
+    assert len(names) == 5
+
+
+def test_a_shard_of_any_world_time_is_reached_by_steps_that_the_rig_takes(load, monkeypatch, tmp_path):
+    class World:
+        now_ns, steps, recorded = 0, [], []
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def status(self):
+            return {"world_ns": self.now_ns, "state_hash": str(self.now_ns)}
+
+        def step(self, *, nanoseconds, timeout):
+            assert 0 < nanoseconds <= 86400 * 10**9, "as world.step has it"
+            self.now_ns += nanoseconds
+            self.steps.append(nanoseconds)
+
+        def record(self, to, *, seconds, **_):
+            self.recorded.append(self.now_ns)
+            self.now_ns += 10**9  # the last due frame
+
+    world = World()
+    monkeypatch.setattr(draw.launch, "start", lambda *_, **__: world)
+    (shard,) = load(start_s=200_000, seconds=100_000)
+    told = draw._record(shard, tmp_path / "scene.json", tmp_path / "set", 1)
+    assert told["state_hash"] == ["200000000000000", "300000000000000"] and world.recorded == [200_000 * 10**9]
+    assert len(world.steps) == 3 + 2
+    assert draw._go_to(world, world.now_ns, 1) is None and len(world.steps) == 5
+
+
 def test_a_plan_is_cut_into_shards_that_leave_no_gap(load):
     shards = load(seconds=1, start_s=0.5, shard_seconds=0.3)
     assert [(shard.start_ns, shard.end_ns) for shard in shards] == [(500_000_000, 800_000_000), (800_000_000, 1_100_000_000), (1_100_000_000, 1_400_000_000),
@@ -156,6 +212,7 @@ def test_whatever_changes_the_frames_changes_the_name(load, tmp_path):
     ({"vary": [{"product": {"qualty": ["fast"]}}]}, "plan.json: vary: 'qualty' is neither a place"),
     ({"vary": [{"product": {"quality": ["fast", "best"]}}]}, "plan.json: variant 1: quality: must be one of"),
     ({"vary": [{"rows": [{"/environment/exposure": 1}, {"/environment/exposure": 1}]}]}, "plan.json: vary: variants 0 and 1 are the same"),
+    ({"seed": 3, "vary": [{"repeat": 3}]}, "plan.json: vary: variants 0 and 1 are the same; a fixed seed makes repeats the same"),
     ({"seconds": -1}, "plan.json: variant 0: seconds: must be 0"),
     ({"cameras": []}, "plan.json: variant 0: cameras: must be a list of 1"),
     ({"camrig_plan": 2}, "plan.json: camrig_plan: must be 1"),

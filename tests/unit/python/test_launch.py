@@ -36,6 +36,18 @@ def test_options_become_the_command_line(fake_binary):
         assert rig.rtsp_url == "rtsp://127.0.0.1:8555"
 
 
+def test_a_token_that_clients_show_is_in_the_rigs_urls(fake_binary, tmp_path):
+    (tmp_path / "token").write_text("secret-token\n")
+    with camrig.start("scene.json", binary=fake_binary, token_file=tmp_path / "token") as rig:
+        arguments = rig.info()["arguments"]
+        assert arguments[arguments.index("--token-file") + 1] == str(tmp_path / "token")
+        assert rig.token == "secret-token"
+        assert rig.device("lobby") == camrig.Camera(rig, "lobby").url() == "http://127.0.0.1:8123/cameras/lobby/stream.mjpg?token=secret-token"
+    with pytest.raises(camrig.CamrigError, match="--token-file .*nothing: No such file") as caught:
+        camrig.start("scene.json", binary=fake_binary, token_file=tmp_path / "nothing")
+    assert caught.value.kind == "invalid_argument"
+
+
 @pytest.mark.parametrize("long", [float("inf"), 1e10])
 def test_it_may_take_as_long_as_one_likes_to_be_ready(fake_binary, long):
     with camrig.start("scene.json", binary=fake_binary, timeout=long) as rig:

@@ -1,12 +1,14 @@
 """The people sample: what its views do to pictures and boxes, and what its score counts."""
 
 import math
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
 from camrig import CamrigError
+from camrig.samples import people
 from camrig.samples.hog import strongest
 from camrig.samples.scoring import Tally
 from camrig.samples.views import MARGIN, WINDOW_MARGIN, AsSeen, Upright
@@ -162,6 +164,42 @@ def test_whom_the_edge_cuts_off_is_told_apart_from_the_unoccluded():
     assert tally.recall("cut") == 1.0 and tally.there[("clear",)] == 0 and tally.recall("all") == 1.0
 
 
+class Running:
+    """A rig whose world runs on to what it is asked for; it waits 10 s for a frame."""
+
+    world_ns = 3_000_000_000
+
+    def status(self):
+        return {"mode": "realtime", "world_ns": self.world_ns}
+
+    def camera(self, name):
+        return self
+
+    def frame(self, min_ns):
+        if min_ns - self.world_ns > 10_000_000_000:
+            raise CamrigError("unavailable", f"no frame at or after min_ns {min_ns} yet")
+        self.world_ns = max(self.world_ns, min_ns)
+
+    def pause(self):
+        pass
+
+    resume = pause
+
+
+@pytest.mark.parametrize("every_s", [0.5, 5.0, 45.0])
+def test_pictures_come_however_far_apart_and_into_a_folder_that_was_not_there(monkeypatch, tmp_path, every_s):
+    seen = []
+
+    def observe(camera):
+        seen.append(camera.world_ns)
+        return SimpleNamespace(image=np.zeros((SIZE[1], SIZE[0], 3), np.uint8)), truth()
+
+    monkeypatch.setattr(people, "observe", observe)
+    people.score(Running(), ["cam"], 3, every_s, lambda image, view: [], people.Views("as-seen", 1.0), str(tmp_path / "new" / "pictures"))
+    assert seen == [round((3 + every_s * n) * 1e9) for n in (1, 2, 3)]
+    assert sorted(file.name for file in (tmp_path / "new" / "pictures").iterdir()) == ["cam-000.png", "cam-001.png", "cam-002.png"]
+
+
 @pytest.mark.parametrize("beside_px, mark", [(13.0, "right"), (14.4, "wrong")])
 def test_an_overlap_of_half_is_a_find(beside_px, mark):
     """Of two boxes 41 px wide, (41 - d) / (41 + d)."""
@@ -171,10 +209,6 @@ def test_an_overlap_of_half_is_a_find(beside_px, mark):
 
 def test_an_opencv_without_the_detector_is_refused_with_what_to_install(monkeypatch):
     """OpenCV 5 without contrib."""
-    import cv2
-
-    from camrig.samples import people
-
     monkeypatch.delattr(cv2, "HOGDescriptor", raising=False)
     with pytest.raises(CamrigError, match="no HOG people detector; pip install 'camrig.samples.'") as caught:
         people.main(["--control", "/nowhere"])

@@ -8,7 +8,7 @@ from camrig import CamrigError
 from camrig.farm.batch import plan as plans
 from camrig.farm.batch.pointer import assign
 from camrig.randomize import changes, main, randomize
-from camrig.scene_base import on_its_base
+from camrig.scene_base import on_its_base, read_scene_file, scene_path
 
 STREET = {
     "camrig_scene": 1,
@@ -48,6 +48,14 @@ def test_the_sun_is_up_and_exposed_for_and_where_there_is_none_lamps_vary():
     by_daylight = {**HALL, "environment": {"daylight": {"azimuth_deg": 0, "elevation_deg": 10}}}
     assert changes(by_daylight, 1, ["light"]) == changes(STREET, 1, ["light"])
     assert sum(changes(STREET, seed, ["light"])["/environment/daylight"]["overcast"] == 0 for seed in range(200)) in range(70, 130)
+
+
+@pytest.mark.parametrize("scene", ["street-noon", "street-evening", "street-night"])
+def test_the_exposure_is_for_the_lux_that_make_white_white(scene):
+    made, noon = (changes(on_its_base(read_scene_file(path), path), 5, ["light"]) for path in (scene_path(scene), scene_path("street-noon")))
+    lux = json.loads(scene_path(scene).read_text())["environment"]["lux"]
+    assert made["/environment/exposure"] * 1e5 / lux == pytest.approx(noon["/environment/exposure"]), "under one sky a street looks alike"
+    assert noon == changes(STREET, 5, ["light"]), "daylight without a word of it has 100 klx"
 
 
 def test_every_change_finds_its_place_in_the_scene():

@@ -114,7 +114,7 @@ def _run_cell(rig: Rig, campaign: Campaign, cell: Cell, camera: str, places: Map
     stays_s = max(campaign.stays_s, check.every_s or 0.0)
     env = {**os.environ, "CAMRIG_CONTROL": places["control"]}
     with contextlib.ExitStack() as stack:
-        program = stack.enter_context(Program(_program_words(campaign, places), watch, env))
+        program = stack.enter_context(Program(_program_words(rig, campaign, places), watch, env))
         if check.command is not None:
             stack.enter_context(Poller(_filled(check.command, places), check.every_s or 0.5, watch, env))
         books = stack.enter_context(Books(rig, camera))
@@ -256,12 +256,10 @@ def _filled(words: tuple[str, ...], places: Mapping[str, str]) -> list[str]:
     return filled
 
 
-def _program_words(campaign: Campaign, places: Mapping[str, str]) -> list[str]:
-    from ..places import find_binary
-
+def _program_words(rig: Rig, campaign: Campaign, places: Mapping[str, str]) -> list[str]:
     words = _filled(campaign.program, places)
     # User-space devices are seen by programs that camrig exec runs.
-    return [find_binary(), "--control", places["control"], "exec", "--", *words] if "device" in places else words
+    return [rig.program, "--control", places["control"], "exec", "--", *words] if "device" in places else words
 
 
 def _sleep_until(until: float) -> None:

@@ -16,6 +16,15 @@ from ..json_checks import Wrong, check_integer, check_number, check_object, read
 MAX_FILE_BYTES = 1 << 20
 MAX_CELLS = 1000
 MAX_SECONDS = 3600.0
+#: Parameters of fault.set that are no kind's own: who gives them.
+_OF_THE_ROW = {
+    "kind": "the fault's kind stands beside params",
+    "severity": "severity, or a list of severities, stands beside params",
+    "camera": "camera is the campaign's",
+    "seed": "each cell's follows from the campaign's seed",
+    "start_s": "each cell begins when the program is well",
+    "end_s": "hold_s of the campaign says how long a fault lasts",
+}
 SHIPPED = Path(__file__).with_name("shipped")
 #: What stands for an address in the program's words and in a command that checks it.
 PLACEHOLDERS = ("rtsp", "http", "device", "camera", "control")
@@ -150,6 +159,8 @@ def _row(value: Any, place: str) -> Row:
         raise Wrong(f"{place}.severities", "one of them is there twice")
     params = value.get("params", {})
     check_object(params, f"{place}.params", None)
+    if kind != "settings" and (own := next((key for key in _OF_THE_ROW if key in params), None)):
+        raise Wrong(f"{place}.params.{own}", f"is none of the kind's own parameters: {_OF_THE_ROW[own]}")
     if kind == "settings" and (numbers != (1.0,) or not params):
         raise Wrong(place, "settings have params (fields of camera.set) and no severities")
     if kind == "settings" and (clash := sorted({"name", "seconds", "outputs"} & set(params))):

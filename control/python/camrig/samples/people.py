@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
+from pathlib import Path
 from typing import Any, Sequence
 
 import cv2
@@ -23,6 +24,8 @@ from .hog import Detector
 from .scoring import Tally, counts, table, together
 from .views import AsSeen, Box, Upright, View
 
+#: So far ahead a frame is asked for: the rig waits 10 s for one.
+_WAIT_NS = 5_000_000_000
 COLORS = {"right": (0, 200, 0), "wrong": (0, 0, 255), "ignored": (200, 200, 0)}
 
 
@@ -32,6 +35,12 @@ def observe(camera: camrig.Camera) -> tuple[camrig.Frame, dict[str, Any]]:
     if frame.sequence != truth["sequence"]:
         raise camrig.CamrigError("unavailable", f"{camera.name}: somebody else moves the world or the camera meanwhile")
     return frame, truth
+
+
+def wait_for(rig: camrig.Rig, camera: str, world_ns: int) -> None:
+    """Until the camera of a running world shows that time."""
+    for at_ns in (*range(rig.status()["world_ns"] + _WAIT_NS, world_ns, _WAIT_NS), world_ns):
+        rig.camera(camera).frame(min_ns=at_ns)
 
 
 class Views:
@@ -58,7 +67,10 @@ def drawn(image: np.ndarray, marks: list[tuple[Box, str]], truth: dict[str, Any]
 
 
 def score(rig: camrig.Rig, names: list[str], frames: int, every_s: float, detector: Detector, views: Views, pictures: str | None = None) -> dict[str, Tally]:
-    """A tally for each camera, and one of "all". A world in real time stands while its cameras are read."""
+    """A tally for each camera, and one of "all". A world in real time stands while its cameras are read. pictures: a folder,
+    which is made if it is not there."""
+    if pictures:
+        Path(pictures).mkdir(parents=True, exist_ok=True)
     tallies: dict[str, Tally] = {name: Tally() for name in names}
     status = rig.status()
     is_lockstep, due_ns = status["mode"] == "lockstep", status["world_ns"]
@@ -67,7 +79,7 @@ def score(rig: camrig.Rig, names: list[str], frames: int, every_s: float, detect
         if is_lockstep:
             rig.step(seconds=every_s)
         else:
-            rig.camera(names[0]).frame(min_ns=due_ns)  # waits for that instant
+            wait_for(rig, names[0], due_ns)
             rig.pause()
         try:
             seen = {name: observe(rig.camera(name)) for name in names}

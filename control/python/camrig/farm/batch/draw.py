@@ -30,6 +30,8 @@ from .store import Differs, Store
 
 _DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _START_TIMEOUT_S = 300.0
+#: The most that one world.step takes.
+_MAX_STEP_NS = 86_400_000_000_000
 #: Killed with the process that starts it: the kernel's word for that is lost if the parent was gone before, so that is looked at afterwards.
 _ENDS_WITH_PARENT = ("setpriv", "--pdeathsig", "KILL", "sh", "-c", '[ "$PPID" = "$0" ] && exec "$@"')
 
@@ -86,12 +88,12 @@ def _record(shard: Shard, scene: Path, to: Path, timeout_s: float) -> dict[str, 
                       runner=(*_ENDS_WITH_PARENT, str(os.getpid()))) as rig:
         for fault in shard.faults:
             rig.call("fault.set", **fault)
-        if shard.start_ns:
-            rig.step(nanoseconds=shard.start_ns, timeout=timeout_s)
+        _go_to(rig, shard.start_ns, timeout_s)
         before = rig.status()["state_hash"]
         pictures = shard.pictures
         rig.record(to, seconds=_seconds(shard.end_ns - shard.start_ns), format=pictures.format, depth=pictures.depth, flow=pictures.flow, masks=pictures.masks,
                    soiling=pictures.soiling, yolo=pictures.yolo, timeout=timeout_s)
+        # The world's state at a shard's end is the one that the next shard of the same world begins with.
         _go_to(rig, shard.end_ns, timeout_s)
         told = shard.to_json()
         return {"shard": shard.id, "state_hash": [before, rig.status()["state_hash"]],
@@ -99,9 +101,12 @@ def _record(shard: Shard, scene: Path, to: Path, timeout_s: float) -> dict[str, 
 
 
 def _go_to(rig: Rig, world_ns: int, timeout_s: float) -> None:
-    """The world's state at a shard's end is the one that the next shard of the same world begins with."""
-    if (left_ns := world_ns - rig.status()["world_ns"]) > 0:
-        rig.step(nanoseconds=left_ns, timeout=timeout_s)
+    """Moves the world to that time, if it is not there already; each step may take `timeout_s`."""
+    now_ns = rig.status()["world_ns"]
+    while now_ns < world_ns:
+        step_ns = min(world_ns - now_ns, _MAX_STEP_NS)
+        rig.step(nanoseconds=step_ns, timeout=timeout_s)
+        now_ns += step_ns
 
 
 def _seconds(nanoseconds: int) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Sequence
 
 from ...command_line import Parser
-from ...errors import CamrigError
+from ...errors import CamrigError, error_of_command
 from ...places import find_binary
 from .shard_file import PARTS, samples
 from .store import Store
@@ -62,7 +62,7 @@ def write_recording(store: Store, to: Path, wanted: str = "coco") -> int:
     # Labels over all frames are made by the program that makes them of a recording that was killed.
     done = subprocess.run([find_binary(), "record", os.fspath(to), "--repair", "--json"], capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise CamrigError("internal", done.stderr.strip().removeprefix("camrig: ") or f"record --repair: exit code {done.returncode}")
+        raise error_of_command(done.stderr, CamrigError("internal", f"record --repair: exit code {done.returncode}"))
     return json.loads(done.stdout)["frames"]
 
 

@@ -66,9 +66,11 @@ def _shards(plan: Mapping[str, Any], folder: Path) -> Iterator[Shard]:
         for key in row:
             if not key.startswith("/") and key not in (*_VARIED, "repeat"):
                 raise Wrong("vary", f"'{key}' is neither a place in the scene (as /lights/0/intensity) nor one of {', '.join(_VARIED)}")
-        for shard in _of_variant(place, {**common, **{f: v for f, v in changes.items()}, **row}, row, master, shard_ns, pictures, program, scenes):
+        told = {**common, **changes, **row}
+        for shard in _of_variant(place, told, row, master, shard_ns, pictures, program, scenes):
             if (earlier := seen.setdefault(shard.id, number)) != number:
-                raise Wrong("vary", f"variants {earlier} and {number} are the same; for more of one, add {{\"repeat\": N}}")
+                how = "a fixed seed makes repeats the same; leave seed out" if "repeat" in row and "seed" in told else 'for more of one, add {"repeat": N}'
+                raise Wrong("vary", f"variants {earlier} and {number} are the same; {how}")
             if len(seen) > MAX_SHARDS:
                 raise Wrong("vary", f"makes more than {MAX_SHARDS} shards; take longer ones (shard_seconds)")
             yield shard

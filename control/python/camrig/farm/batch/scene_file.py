@@ -5,9 +5,11 @@ from __future__ import annotations
 import copy
 import functools
 import json
+import os
 import struct
 from pathlib import Path
 from typing import Any, Iterator, Mapping
+from urllib.parse import unquote
 
 from ...scene_base import on_its_base, read_scene_file, scene_files, scene_path
 from .hashing import canonical, file_hash, text_hash
@@ -17,6 +19,9 @@ _MAX_HEAD_BYTES = 16 << 20
 _MAX_MODEL_BYTES = 256 << 20
 _SHIPPED = "camrig:"
 _LIGHT = ".light"
+_DAYLIGHT = "/environment/daylight"
+#: Made by daylight: the rig refuses a scene that says them beside it.
+_MADE_BY_DAYLIGHT = ("ambient", "background")
 
 
 def read_scene(scene: str) -> dict[str, Any]:
@@ -27,10 +32,15 @@ def read_scene(scene: str) -> dict[str, Any]:
 
 def varied(scene: Mapping[str, Any], cameras: list[Any] | None, changes: Mapping[str, Any]) -> dict[str, Any]:
     """The scene with these cameras instead of its own, then with the changes, whose keys are places (pointer.py). Cameras lose their outputs:
-    nobody but the recording watches. Raises PointerError."""
+    nobody but the recording watches. Daylight that comes takes the place of the scene's own ambient light and background. Raises PointerError."""
     made = copy.deepcopy(dict(scene))
     if cameras is not None:
         made["cameras"] = copy.deepcopy(cameras)
+    if _DAYLIGHT in changes and isinstance(environment := made.get("environment"), dict):
+        for key in _MADE_BY_DAYLIGHT:
+            place = f"/environment/{key}"
+            if not any(change == place or change.startswith(f"{place}/") for change in changes):
+                environment.pop(key, None)
     for place, value in changes.items():
         try:
             assign(made, place, copy.deepcopy(value))
@@ -74,7 +84,8 @@ def _assets(scene: Path, made: Mapping[str, Any]) -> Iterator[tuple[str, Path]]:
         yield "light", light
     for text in _texts(made):
         if text.startswith(_SHIPPED):
-            file = scene_path("minimal").parent / (text.removeprefix(_SHIPPED) + ".glb")
+            name = text.removeprefix(_SHIPPED)
+            file = scene_path("minimal").parent / (name if Path(name).suffix else name + ".glb")
         elif "\0" in text or len(text) > 1000:
             continue
         else:
@@ -85,14 +96,14 @@ def _assets(scene: Path, made: Mapping[str, Any]) -> Iterator[tuple[str, Path]]:
             continue
         if is_file:
             yield text, file
-            for name in _referred(str(file), file.stat().st_mtime_ns):
-                if (file.parent / name).is_file():
-                    yield f"{text}/{name}", file.parent / name
+            for uri in _referred(str(file), file.stat().st_mtime_ns):
+                if os.path.isfile(referred := file.parent / unquote(uri, errors="surrogateescape")):
+                    yield f"{text}/{uri}", referred
 
 
 @functools.lru_cache(maxsize=4096)
 def _referred(model: str, mtime_ns: int) -> list[str]:
-    """The files that a glTF model refers to; read once while it stays as it is."""
+    """The URIs of files that a glTF model refers to; read once while it stays as it is."""
     if not model.endswith((".gltf", ".glb")):
         return []
     try:

@@ -32,9 +32,10 @@ def rows_of(blocks: Any, master_seed: int) -> list[Row]:
         raise Wrong("vary", f"makes {count} variants; at most {MAX_ROWS}")
     seen: set[str] = set()
     for number, part in enumerate(parts):
-        if twice := sorted(seen & part[0].keys()):
+        keys = set().union(*part)
+        if twice := sorted(seen & keys):
             raise Wrong(f"vary[{number}]", f"'{twice[0]}' is varied by an earlier block already")
-        seen |= set().union(*part)
+        seen |= keys
     return [{key: value for row in rows for key, value in row.items()} for rows in itertools.product(*parts)]
 
 

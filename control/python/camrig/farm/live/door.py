@@ -184,7 +184,9 @@ class Door:
             node = self.node_for({})
             try:
                 return await self.while_there(node["node"], self._ask_after_commands(node, method))
-            except CamrigError:
+            except CamrigError as problem:
+                if problem.kind == "unauthorized":
+                    raise  # it lives
                 self.forget(node["node"])  # it has died, and comes back by its next report if it has not
 
     async def _ask(self, node: dict[str, Any], method: str, **params: Any) -> Any:
@@ -246,8 +248,8 @@ class Door:
             except CamrigError as problem:
                 if wire := client.wires.pop(node["life"], None):
                     wire[1].close()
-                if problem.kind == "resource_exhausted":
-                    raise  # the answer is too long, and was not read to its end
+                if problem.kind in ("resource_exhausted", "unauthorized"):
+                    raise  # it lives: the answer is too long, and was not read to its end; or our token is not the node's
                 self.forget(node["node"])  # looking changes nothing: another can answer
 
     def _info(self, of_node: dict[str, Any]) -> dict[str, Any]:

@@ -15,8 +15,9 @@ import tempfile
 from pathlib import Path
 from typing import Any, AsyncIterator, Coroutine, Sequence
 
-from ...command_line import Parser, read_token
+from ...command_line import Parser
 from ...errors import CamrigError
+from ...token_file import read_token
 from .clock import WallClock
 from .daemon import NodeOptions, die_with_parent
 from .door import Door

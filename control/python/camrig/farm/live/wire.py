@@ -22,10 +22,18 @@ def url_of(report: Mapping[str, Any], target: str, scheme: str = "http") -> str:
 
 
 async def connect_to(report: Mapping[str, Any], token: str | None, limit: int = _MAX_LINE) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
-    """To the rig of a node, by what it reports: over TCP where it has a port and we the token, else by its socket on this machine."""
+    """To the rig of a node, by what it reports: over TCP where it has a port and we the token, else by its socket on this machine.
+    CamrigError of kind unauthorized: it lives, and the token is wrong, or is missing for a rig that has no socket here."""
     if not report.get("tcp") or not token:
-        return await asyncio.open_unix_connection(report["control"], limit=limit)
+        try:
+            return await asyncio.open_unix_connection(report["control"], limit=limit)
+        except OSError:
+            if not report.get("tcp"):
+                raise
     reader, writer = await asyncio.wait_for(asyncio.open_connection(report["host"], report["tcp"], limit=limit), CONNECT_S)
+    if not token:
+        writer.close()
+        raise CamrigError("unauthorized", f"node {report['node']}: its rig on {report['host']} asks for the farm's token; give --token-file")
     writer.write(json.dumps({"jsonrpc": "2.0", "id": 0, "method": "auth", "params": {"token": token}}).encode() + b"\n")
     reply = json.loads(await asyncio.wait_for(reader.readline(), CONNECT_S))
     if "error" in reply:
