@@ -1,5 +1,6 @@
 """The web page: cameras are made, steered, watched and deleted in it, and what goes wrong is said."""
 
+import json
 import math
 import os
 import subprocess
@@ -7,6 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 
+import camrig
 from conftest import REPOSITORY, wait_until
 from web_page import chromium, drag, metres_per_pixel, middle, opened, pixels, until, wait_for_picture
 
@@ -214,6 +216,36 @@ def test_guard_tours_are_made_of_presets_started_stopped_and_removed(rig, browse
         until(page, "document.querySelectorAll('#tour-list li').length === 0")
 
 
+def test_blanks_in_the_names_of_presets_and_places_are_kept(browser, tmp_path):
+    name = " by  the door "
+    scene = {"camrig_scene": 1, "name": "blanks", "base": "camrig:minimal", "places": {name: {"pose": {"position": [-1, -2, 3], "look_at": [0, 0, 0.4]}}}}
+    (tmp_path / "blanks.json").write_text(json.dumps(scene))
+    with camrig.start(tmp_path / "blanks.json", mode="realtime") as rig:
+        head = rig.create_camera("dome", size=(320, 240), place="main", ptz={"preset": "ideal"}).ptz
+        head.move(pan_deg=40)
+        wait_until(lambda: head.status()["true"]["pan_deg"] == 40, what="the place")
+        head.preset_set(name)
+        head.home_goto()
+        with opened(browser, rig.page_url) as page:
+            page.click(".tile[data-camera=dome]")
+            page.select_option("#head [name=preset]", value=name)
+            page.get_by_role("button", name="Go", exact=True).click()
+            wait_until(lambda: head.status()["true"]["pan_deg"] == pytest.approx(40), what="the preset again")
+            page.click("#tours summary")
+            tours = page.locator("#tours")
+            tours.get_by_label("Stop at").select_option(value=name)
+            tours.get_by_role("button", name="Add stop").click()
+            tours.get_by_label("New tour").fill("round")
+            tours.get_by_role("button", name="Make tour").click()
+            wait_until(lambda: [stop["preset"] for stop in head.status()["tours"].get("round", [])] == [name], what="the tour")
+            page.click("#create")
+            page.fill("#new-camera [name=name]", "eye")
+            page.select_option("#new-camera [name=place]", value=name)
+            page.click("#new-camera button[value=ok]")
+            wait_until(lambda: "eye" in [camera.name for camera in rig.cameras()], what="the camera")
+            assert rig.camera("eye").get()["pose"]["position"] == [-1, -2, 3]
+
+
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 def test_faults_are_set_listed_and_cleared(rig, browser):
     from axe_playwright_python.sync_playwright import Axe
@@ -356,6 +388,25 @@ def test_what_the_rig_refuses_is_said_in_its_own_words(rig, page):
     until(page, "[...document.querySelectorAll('#fields label')].find(one => one.textContent.startsWith('Frames')).querySelector('input').value === '25'")
 
 
+def test_what_is_typed_for_a_camera_that_is_deleted_meanwhile_is_set_of_no_other(rig, page):
+    main = rig.camera("main").get()
+    for label, text, left in (("z (m)", "9", "2.5"), ("Antialias", None, main["antialias"])):
+        rig.create_camera("eye", size=(64, 48), place="main", antialias="ssaa2")
+        page.click(".tile[data-camera=eye]")
+        until(page, "document.getElementById('stage-name').textContent === 'eye'")
+        field = page.locator(f"#fields label:has-text('{label}')").first.locator("input, select")
+        field.focus()
+        if text:
+            field.fill(text)
+        rig.camera("eye").delete()
+        until(page, "document.getElementById('stage-name').textContent === 'main'")
+        page.keyboard.press("Enter")
+        wait_until(lambda: field.input_value() == left, what=f"{label} of the other")
+    now = rig.camera("main").get()
+    assert (now["pose"], now["antialias"]) == (main["pose"], main["antialias"])
+    assert rig.info()["calls"]["camera.set"] == 0
+
+
 def test_cameras_and_actors_are_dragged_on_the_top_view(rig, page):
     page.wait_for_selector("#map .actor")
     camera = rig.camera("main")
@@ -456,6 +507,39 @@ def test_time_stands_still_and_goes_by_steps_and_events_are_told(rig, page):
     wait_until(lambda: "tick" not in [event["name"] for event in rig.events()], what="the rule's end")
 
 
+def test_after_an_error_each_event_is_told_once_and_none_of_a_rig_that_is_gone(rig, page):
+    """What waits for events is answered in the rig's stead: by an error, then as another rig does."""
+    other = {"sequence": 1, "event": "other", "world_ns": 0, "actor": "", "data": [], "errors": []}
+    answers = []
+
+    def answer(route):
+        if not answers or "event.wait" not in (route.request.post_data or ""):
+            route.fallback()
+        elif told := answers.pop(0):
+            route.fulfill(json={"jsonrpc": "2.0", "id": 1, **told})
+
+    page.route("**/rpc", answer)
+    lines = "[...document.querySelectorAll('#feed li')].map(one => one.textContent.trim()).join('; ')"
+    feed = lambda *levels: "; ".join(f'0.00 event.act {{"level":{level}}}' for level in levels)  # noqa: E731
+    fire = lambda level: rig.act({"action": "user", "data": {"level": level}})  # noqa: E731
+    fire(1)
+    until(page, f"{lines} === '{feed(1)}'")
+    answers.append({"error": {"code": -32000, "message": "gone"}})
+    fire(2)  # the next question is answered by the error
+    until(page, f"{lines} === '{feed(2, 1)}'")
+    for _ in range(100):
+        if not answers:
+            break
+        page.wait_for_timeout(50)
+    fire(3)
+    until(page, f"{lines} === '{feed(3, 2, 1)}'")
+    # The last is never answered.
+    answers.extend([{"error": {"code": -32000, "message": "gone"}}, {"result": {"events": [other], "last": 1, "missed": 0}}, None])
+    fire(4)
+    until(page, f"{lines} === '0.00 other'")
+    page.unroute_all(behavior="ignoreErrors")
+
+
 def test_two_clients_that_change_the_same_camera_see_the_same_end(rig, page):
     camera = rig.camera("main")
     page.focus("#view")
@@ -530,6 +614,12 @@ def test_twelve_live_pictures_and_the_controls_still_answer(rig, browser):
         pan = rig.camera("eye_3").get()["pose"]["pan_deg"]
         page.keyboard.press("ArrowLeft")
         wait_until(lambda: rig.camera("eye_3").get()["pose"]["pan_deg"] == pytest.approx(pan + 4), what="an answer")
+
+
+def test_instants_with_dropped_pictures_are_counted_under_rates(rig, page):
+    rig.step(seconds=0.2)
+    instants = rig.stats()["instants"]
+    until(page, f"document.querySelector('#rate-table caption')?.textContent.startsWith('{instants} instants, 0 with dropped pictures. ')")
 
 
 def test_links_lead_to_the_camera(rig, browser):
@@ -660,8 +750,6 @@ def test_a_rebound_name_gets_nothing(rig, browser):
 
 
 def test_with_a_token_the_page_works_and_hides_it_and_without_it_nothing_does(browser, tmp_path):
-    import camrig
-
     token = tmp_path / "token"
     token.write_text("a-token-of-the-test\n")
     with camrig.start(str(REPOSITORY / "scenes" / "minimal.json"), mode="lockstep", args=["--token-file", str(token)]) as rig:

@@ -12,7 +12,7 @@ import pytest
 
 import camrig
 from conftest import wait_until
-from web_page import chromium, until
+from web_page import chromium, held, let_go, until
 
 CAMRIG = os.environ["CAMRIG_BIN"]
 SIZE = (1280, 960)
@@ -83,6 +83,11 @@ class Plate:
 
     def calibrate(self):
         self.page.click("#calibrate")
+
+    def settle(self):
+        """Until the page has done what answers that have come bring: an answer and a picture that are asked for now come after them."""
+        self.page.evaluate("import('/rpc.js').then(({call}) => call('world.status')).then(() => fetch('cameras/main/snapshot.png'))"
+                           ".then((reply) => reply.blob()).then(createImageBitmap).then(() => {})")
 
 
 @contextlib.contextmanager
@@ -397,6 +402,71 @@ def test_distances_and_heights_are_measured_in_the_photo(rig, opened_plate):
     until(page, "document.querySelector('#measured li output').textContent === 'over the horizon of the ground'")
     page.get_by_label("Remove measure 1").click()
     assert page.locator("#measured li").count() == 1
+
+
+def test_a_search_of_clicks_that_have_changed_meanwhile_is_not_taken_for_theirs(rig, opened_plate):
+    plate, page = opened_plate, opened_plate.page
+    plate.add_points(*CLICKS, (640, 800))
+    verdict = lambda: page.text_content("#verdict")  # noqa: E731
+    stale = "Clicks have changed since: calibrate again."
+
+    def fill(label, text):
+        page.get_by_label(label).fill(text)
+        page.keyboard.press("Enter")
+
+    with held(page, "**/rpc", "plate.calibrate") as waiting:
+        for change in (lambda: page.get_by_label("Remove point 5").click(), lambda: fill("Error of a click (px)", "1")):
+            plate.calibrate()
+            change()
+            let_go(page, waiting)
+            plate.settle()
+            assert page.is_visible("#answer") and verdict() == stale
+        plate.calibrate()
+        let_go(page, waiting)
+        plate.settle()
+        assert verdict() not in ("Not calibrated yet.", stale)
+        # Nor is a refusal.
+        fill("Vertical view (°)", "200")
+        plate.calibrate()
+        fill("Vertical view (°)", "")
+        let_go(page, waiting)
+        plate.settle()
+        assert page.text_content("[data-problem=vfov_deg]") == ""
+
+
+def test_a_search_of_another_photo_is_not_taken_for_that_of_the_one_that_is_shown(rig, opened_plate, tmp_path):
+    plate, page = opened_plate, opened_plate.page
+    cv2.imwrite(str(tmp_path / "other.png"), np.full((480, 640, 3), 128, np.uint8))
+    plate.add_points(*CLICKS)
+    with held(page, "**/rpc", "plate.calibrate") as waiting:
+        plate.calibrate()
+        page.set_input_files("#photo-file", str(tmp_path / "other.png"))
+        until(page, "document.getElementById('photo-facts').textContent === 'other.png · 640×480'")
+        let_go(page, waiting)
+        plate.settle()
+    assert page.is_hidden("#answer") and page.text_content("#verdict") == "Not calibrated yet."
+
+
+def test_the_photo_that_was_chosen_last_is_shown_whichever_comes_last(rig, browser, photo):
+    for name in ("first", "second"):
+        rig.create_camera(name, size=(320, 240), position=(0, 0, 4), tilt_deg=-15, pan_deg=0, vfov_deg=50,
+                          backdrop={"file": str(photo[0]), "proxies": {"ground": {"polygon_m": [[3, -12], [40, -12], [40, 12], [3, 12]]}}})
+    with plate_page(rig, browser, photo) as plate:
+        page = plate.page
+        until(page, "document.getElementById('photo-camera').options.length === 3")
+        with held(page, "**/first/snapshot.png") as waiting:
+            page.select_option("#photo-camera", "first")
+            page.select_option("#photo-camera", "second")
+            until(page, "document.querySelector('#save [name=camera]').value === 'second'")
+            let_go(page, waiting)
+            plate.settle()
+            assert page.input_value("#save [name=camera]") == "second"
+            page.select_option("#photo-camera", "first")
+            page.set_input_files("#photo-file", str(photo[0]))
+            until(page, "document.querySelector('#save [name=camera]').value === 'my_corner'")
+            let_go(page, waiting)
+            plate.settle()
+            assert page.input_value("#save [name=camera]") == "my_corner"
 
 
 def test_lens_and_intrinsics_that_are_known_are_typed_or_come_from_a_file(rig, opened_plate, tmp_path):

@@ -45,6 +45,28 @@ def until(page: Page, expression: str) -> None:
     raise AssertionError(f"never came: {expression}")
 
 
+@contextlib.contextmanager
+def held(page: Page, url: str, word: str = ""):
+    """Requests to `url` with `word` in their body wait, in the list that this gives, until let_go(). Others to it go on while the page is asked something:
+    wait with until(), not in Python alone."""
+    waiting = []
+    page.route(url, lambda route: waiting.append(route) if word in (route.request.post_data or "") else route.fallback())
+    yield waiting
+    page.unroute_all(behavior="ignoreErrors")
+
+
+def let_go(page: Page, waiting: list) -> None:
+    """Lets the first request go on that waits, or the first that will; it has been answered when this returns."""
+    for _ in range(400):
+        if waiting:
+            break
+        page.wait_for_timeout(50)
+    route = waiting.pop(0)
+    with page.expect_response(lambda response: response.request == route.request) as answer:
+        route.continue_()
+    answer.value.finished()
+
+
 def pixels(page: Page, canvas="#picture") -> list[int]:
     """Every 97th pixel of a canvas, as numbers."""
     return page.evaluate(

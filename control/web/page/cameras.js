@@ -19,7 +19,7 @@ function freeName(base) {
 document.getElementById('create').addEventListener('click', () => {
   const camera = selectedCamera();
   const places = form.elements.place;
-  places.replaceChildren(...(state.world?.places ?? []).map((place) => new Option(place)));
+  places.replaceChildren(...(state.world?.places ?? []).map((place) => new Option(place, place)));
   if (camera) places.prepend(new Option(`where ${camera.name} is`, ''));
   else if (!places.length) places.add(new Option('the origin', ''));
   places.selectedIndex = 0;

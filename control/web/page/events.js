@@ -9,7 +9,7 @@ const feed = document.getElementById('feed');
 const rules = document.getElementById('rules');
 const fire = document.getElementById('fire');
 const add = document.getElementById('add-event');
-let since = 0;
+let since = null;  // number of the newest event in the feed; null: the feed is to be made anew
 let shownRules = '';
 
 function parse(field) {
@@ -37,14 +37,15 @@ function lineOf(event) {
 export async function keepWaiting(signal) {
   while (!signal.aborted) {
     try {
-      const news = await call('event.wait', { since, timeout_s: waitSeconds }, signal);
-      if (news.last < since) feed.replaceChildren();  // another rig
-      since = news.last;
+      const isAnew = since === null;
+      const news = await call('event.wait', isAnew ? { timeout_s: 0 } : { since, timeout_s: waitSeconds }, signal);
+      if (isAnew) feed.replaceChildren();
       feed.prepend(...news.events.slice(-mostShown).reverse().map(lineOf));
       while (feed.children.length > mostShown) feed.lastChild.remove();
+      since = !isAnew && news.last < since ? null : news.last;  // fewer than before: another rig
     } catch (problem) {
       if (signal.aborted) return;
-      since = 0;
+      since = null;
       await new Promise((next) => setTimeout(next, 1000));
     }
   }

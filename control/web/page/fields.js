@@ -1,4 +1,5 @@
-// Pose and picture by numbers and words; most fields are those that the rig describes. A field that is being edited is left alone until it is done.
+// Pose and picture by numbers and words; most fields are those that the rig describes. A field that is being edited is left alone until it is done,
+// or another camera is chosen.
 import { call } from './rpc.js';
 import { attempt } from './messages.js';
 import { adopt, listen, selectedCamera } from './state.js';
@@ -44,6 +45,9 @@ async function set(wish) {
 // All controls: the element, and what it shows of a camera. Parts of what may be null: the element, and whether the camera has it.
 const shown = [];
 const optional = [];
+let shownName = null;  // of the camera that they show
+/** What is typed or chosen is for the camera that was shown meanwhile, and for no other. */
+const isForSelected = () => selectedCamera()?.name === shownName;
 
 function add(parent, label, element, read) {
   const holder = document.createElement('label');
@@ -56,6 +60,7 @@ function addText(parent, label, read, wishOf) {
   const input = document.createElement('input');
   input.spellcheck = false;
   input.addEventListener('change', () => attempt(async () => {
+    if (!isForSelected()) return;
     const wish = wishOf(selectedCamera(), input.value);
     input.blur();
     await set(wish);
@@ -68,6 +73,7 @@ function addChoice(parent, label, words, read, wishOf) {
   const choice = document.createElement('select');
   for (const word of words) choice.add(new Option(word));
   choice.addEventListener('change', () => {
+    if (!isForSelected()) return;
     choice.blur();
     const wish = wishOf(choice.value);
     if (wish) set(wish);
@@ -153,6 +159,8 @@ function showAll() {
   const camera = selectedCamera();
   for (const control of form.elements) control.disabled = !camera;
   if (!camera) return;
+  if (!isForSelected() && form.contains(document.activeElement)) document.activeElement.blur();
+  shownName = camera.name;
   for (const { element, isThere } of optional) element.hidden = !isThere(camera);
   for (const { element, read } of shown) {
     const text = read(camera) ?? '';

@@ -102,7 +102,7 @@ function show(name, status) {
   const names = Object.keys(status.presets);
   if (names.join('\n') === [...presets.options].map((option) => option.value).join('\n')) return;
   const chosen = presets.value;
-  presets.replaceChildren(...names.map((one) => new Option(one)));
+  presets.replaceChildren(...names.map((one) => new Option(one, one)));
   if (names.includes(chosen)) presets.value = chosen;
   for (const button of panel.querySelectorAll('[data-preset]')) button.disabled = names.length === 0;
 }

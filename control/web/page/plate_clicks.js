@@ -113,15 +113,23 @@ function taskOf() {
   return task;
 }
 
+/** What a search is of; each is made anew when it changes. */
+const basis = () => [plate.photo, plate.points, plate.heights, plate.lines, plate.known];
+
 async function calibrate() {
+  await taken;
+  const asked = basis();
+  // A search takes seconds, in which people click on.
+  const hasChanged = () => basis().some((one, index) => one !== asked[index]);
   try {
-    if (!plate.photo) throw new RpcError({ message: 'choose a photo first' });
-    await taken;
+    const [photo] = asked;
+    if (!photo) throw new RpcError({ message: 'choose a photo first' });
     const found = await call('plate.calibrate', taskOf());
-    const [width, height] = plate.photo.size;
-    change({ found, isStale: false, problem: null, figure: plate.figure ?? { px: [width / 2, height * 0.8] } });
+    if (plate.photo !== photo) return;
+    const [width, height] = photo.size;
+    change({ found, isStale: hasChanged(), problem: null, figure: plate.figure ?? { px: [width / 2, height * 0.8] } });
   } catch (problem) {
-    change({ problem: placed(problem) });
+    if (!hasChanged()) change({ problem: placed(problem) });
   }
 }
 

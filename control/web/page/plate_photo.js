@@ -9,12 +9,15 @@ const empty = { drawing: [], points: [], heights: [], lines: [], shapes: [], gro
 
 export const baseName = (path) => path.split('/').at(-1);
 
+let newest = null;  // choice: what an older one brings comes too late
 let taken = null;
 const take = () => attempt(async () => {
   const [chosen] = file.files;
   if (!chosen || chosen === taken) return;
   taken = chosen;
+  newest = chosen;
   const bitmap = await createImageBitmap(chosen).catch(() => { throw new Error(`${chosen.name}: is no picture that this browser reads; give PNG or JPEG`); });
+  if (newest !== chosen) return;
   choice.value = '';
   change({ ...empty, photo: { bitmap, size: [bitmap.width, bitmap.height], file: chosen.name, camera: null } });
 });
@@ -30,10 +33,13 @@ async function list() {
 
 choice.addEventListener('change', () => attempt(async () => {
   if (!choice.value) return;
+  const chosen = {};
+  newest = chosen;
   const camera = await call('camera.get', { name: choice.value });
   const reply = await fetch(`cameras/${encodeURIComponent(camera.name)}/snapshot.png`);
   if (!reply.ok) throw new Error((await reply.json()).error.message);
   const bitmap = await createImageBitmap(await reply.blob());
+  if (newest !== chosen) return;
   const { backdrop } = camera;
   // Its pixels are those of the photo, whatever the size of the stream.
   const size = backdrop.picture_size ?? camera.size;

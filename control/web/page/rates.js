@@ -36,7 +36,7 @@ listen(({ stats }, stage) => {
   const then = new Map(before?.cameras.map((camera) => [camera.name, camera]));
   const stages = stats.stages.filter((one) => one.count).map((one) => `${one.name} ${one.p50_ms.toFixed(1)} / ${one.p99_ms.toFixed(1)}`).join(' · ');
   const caption = document.createElement('caption');
-  caption.textContent = `instants skipped ${stats.dropped_instants} of ${stats.instants}. Stages, p50 / p99 ms: ${stages}`;
+  caption.textContent = `${stats.instants} instants, ${stats.dropped_instants} with dropped pictures. Stages, p50 / p99 ms: ${stages}`;
   table.replaceChildren(caption, row(head, 'th'), ...stats.cameras.map((camera) => row(rowOf(camera, then.get(camera.name), seconds), 'td')));
   before = stats;
 });

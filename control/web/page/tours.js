@@ -55,7 +55,7 @@ onStatus((status) => {
   list.replaceChildren(...Object.entries(status.tours).map(([name, one]) => listed(name, one, name === status.tour)));
   const chosen = preset.value;
   const names = Object.keys(status.presets);
-  preset.replaceChildren(...names.map((one) => new Option(one)));
+  preset.replaceChildren(...names.map((one) => new Option(one, one)));
   if (names.includes(chosen)) preset.value = chosen;
   form.querySelector('[data-add]').disabled = names.length === 0;
 });
