@@ -159,6 +159,15 @@ void CommandLogWriter::begin(const json& identity) {
     write(json{{"camrig_log", 1}, {"identity", identity}}.dump() + "\n");
 }
 
+Result<LogPlace> CommandLogWriter::place() const {
+    if (!file_)
+        return error(ErrorKind::unavailable,
+                     name_ +
+                         ": this log of commands has ended, as the rig's own log says: what was done since is in no "
+                         "file, and the world cannot be saved");
+    return LogPlace{name_, bytes_};
+}
+
 void CommandLogWriter::leave_as_found() {
     if (!file_ || ::ftruncate(file_.get(), static_cast<off_t>(found_)) != 0) return;
     if (cut_) write(*cut_);
@@ -172,10 +181,13 @@ void CommandLogWriter::note(TimeNs at_ns, const std::string& text, bool has_fail
 
 void CommandLogWriter::write(const std::string& line) {
     if (!file_) return;
-    bytes_ += line.size();
-    const auto written = bytes_ > max_log_bytes ? error(ErrorKind::resource_exhausted, name_ + ": it has 1 GiB")
-                                                : write_all(file_.get(), std::as_bytes(std::span(line)), name_);
-    if (written) return;
+    const auto written = bytes_ + line.size() > max_log_bytes
+                             ? error(ErrorKind::resource_exhausted, name_ + ": it has 1 GiB")
+                             : write_all(file_.get(), std::as_bytes(std::span(line)), name_);
+    if (written) {
+        bytes_ += line.size();
+        return;
+    }
     spdlog::error("{}; the log of commands ends here", written.error().message);
     file_.reset();
 }

@@ -67,8 +67,8 @@ public:
     /// While it is, what is noted is not written: it stands there already.
     void set_muted(bool is_muted) { is_muted_ = is_muted; }
     void note(TimeNs at_ns, const std::string& text, bool has_failed) override;
-    /// Of the engine's thread, which writes: what stands there now.
-    LogPlace place() const { return {name_, bytes_}; }
+    /// Of the engine's thread, which writes: what stands there now. unavailable: it has ended.
+    Result<LogPlace> place() const;
 
 private:
     /// What a file had behind `bytes` when it was found is `cut`; a new one had nothing.

@@ -43,7 +43,7 @@ struct RpcContext {
     /// Facts of this program, by name: build and the mathematics in use (rig.identity). May be empty.
     std::function<nlohmann::json()> identity = {};
     /// The log of commands as it is when this is called, on the engine's thread; may be empty: there is none.
-    std::function<LogPlace()> log = {};
+    std::function<Result<LogPlace>()> log = {};
     /// Somebody keeps a log of commands, or compares what they were: they come with their text.
     bool keeps_text = false;
 

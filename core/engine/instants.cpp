@@ -80,15 +80,13 @@ void Instants::account_skipped(TimeNs instant_ns) {
         const auto frames = static_cast<std::uint64_t>(skipped.frames);
         const auto reason =
             skipped.first_ns <= rig_.held_until_ns ? stream::DropReason::held : stream::DropReason::overload;
-        if (!rig_.bus.wanted(skipped.camera, skipped.first_ns).empty()) {
-            entry.due += frames;
-            entry.dropped[static_cast<std::size_t>(reason)] += frames;
-            rig_.bus.miss(entry.id, skipped.first_ns, frames, reason);
-        } else {
-            entry.idle += frames;
-        }
         const camera::ExposureTimes times = entry.exposure_times();
         const std::int64_t first = times.first_frame_at_or_after(skipped.first_ns);
+        const TimeNs last_ns = times.time_of_frame(first + (skipped.frames - 1) * skipped.stride);
+        const std::uint64_t missed = rig_.bus.miss(entry.id, {skipped.first_ns, last_ns, frames}, reason);
+        entry.due += missed;
+        entry.dropped[static_cast<std::size_t>(reason)] += missed;
+        entry.idle += frames - missed;
         for (std::int64_t i = 0; i < std::min(skipped.frames, max_counted_one_by_one); ++i)
             instants.insert(times.time_of_frame(first + i * skipped.stride));
         most = std::max(most, skipped.frames);
@@ -158,7 +156,7 @@ void Instants::begin_instant(TimeNs world_ns, TimeNs monotonic_ns, bool may_be_d
 void Instants::miss(CameraEntry& entry, TimeNs world_ns, stream::DropReason reason) {
     ++entry.due;
     ++entry.dropped[static_cast<std::size_t>(reason)];
-    rig_.bus.miss(entry.id, world_ns, 1, reason);
+    rig_.bus.miss(entry.id, {world_ns, world_ns, 1}, reason);
     if (reason == stream::DropReason::fault) return;
     entry.not_drawn.emplace_back(world_ns, reason);
     if (entry.not_drawn.size() > CameraEntry::max_not_drawn) entry.not_drawn.pop_front();

@@ -12,8 +12,8 @@ namespace camrig::stream {
 
 /// Knows when everything that was published at one instant has reached (or finally missed) its readers.
 ///
-/// Whoever still has to deliver keeps a Hold; the last Hold to go opens the latch. In lockstep the engine waits for it;
-/// in realtime nobody makes one and all holds are empty. Any thread.
+/// Whoever still has to deliver keeps a Hold; the last Hold to go opens the latch. A step, in lockstep or of a world
+/// that is paused in real time, waits for it; else nobody makes one and all holds are empty. Any thread.
 class DeliveryLatch : public std::enable_shared_from_this<DeliveryLatch> {
 public:
     class Hold {

@@ -7,7 +7,9 @@
 #include <string_view>
 #include <vector>
 
+#include "core/base/ids.h"
 #include "core/base/output_spec.h"
+#include "core/base/rate.h"
 #include "core/base/result.h"
 #include "core/fault/standing.h"
 #include "core/stream/sink.h"

@@ -230,11 +230,13 @@ std::size_t LocalFrameBus::reader_count(CameraId id) const {
     return readers;
 }
 
-void LocalFrameBus::miss(CameraId id, TimeNs world_ns, std::uint64_t frames, DropReason reason) {
+std::uint64_t LocalFrameBus::miss(CameraId id, const MissedFrames& frames, DropReason reason) {
     std::lock_guard lock(mutex_);
     const auto found = cameras_.find(id);
-    if (found == cameras_.end()) return;
-    for (const auto& [format, output] : found->second.outputs) output->miss(world_ns, frames, reason);
+    std::uint64_t most = 0;
+    if (found != cameras_.end())
+        for (const auto& [format, output] : found->second.outputs) most = std::max(most, output->miss(frames, reason));
+    return most;
 }
 
 void LocalFrameBus::publish(const frame::FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch) {

@@ -47,8 +47,8 @@ public:
     /// none: nobody would.
     frame::PixelFormats wanted(CameraId id, TimeNs world_ns) const;
     std::size_t reader_count(CameraId id) const;
-    /// For the books: so many frames from this world time on do not come.
-    void miss(CameraId id, TimeNs world_ns, std::uint64_t frames, DropReason reason);
+    /// For the books: these frames do not come. How many of them the reader would have taken that takes most.
+    std::uint64_t miss(CameraId id, const MissedFrames& frames, DropReason reason);
     /// Never blocks. With a latch, everything on its way holds it. Each output gets a camera's frame in the pixel
     /// format that it wants, else the one in rgba8.
     void publish(const frame::FrameSet& set, const std::shared_ptr<DeliveryLatch>& latch);

@@ -21,6 +21,14 @@ bool takes(const Reader& reader, TimeNs world_ns) {
     return !reader.options.rate || reader.options.rate->frames_until(world_ns) != reader.ticks_taken;
 }
 
+std::uint64_t taken_of(const Reader& reader, const MissedFrames& frames) {
+    if (!reader.options.rate) return frames.count;
+    const Rate& rate = *reader.options.rate;
+    const std::int64_t ticks =
+        rate.frames_until(frames.last_ns) - std::max(reader.ticks_taken, rate.frames_until(frames.first_ns) - 1);
+    return std::min(frames.count, static_cast<std::uint64_t>(std::max<std::int64_t>(ticks, 0)));
+}
+
 /// With the reader's mutex held.
 void drop_late(Reader& reader) {
     reader.stats->dropped.fetch_add(reader.late.size(), std::memory_order_relaxed);
@@ -89,12 +97,15 @@ bool Output::wants(TimeNs world_ns) const {
     return std::ranges::any_of(readers_, [&](const auto& reader) { return takes(*reader, world_ns); });
 }
 
-void Output::miss(TimeNs world_ns, std::uint64_t frames, DropReason reason) {
-    if (!wants(world_ns)) return;
-    (reason == DropReason::fault ? missed_by_fault_ : not_drawn_).fetch_add(frames, std::memory_order_relaxed);
-    if (reason != DropReason::fault) return;
+std::uint64_t Output::miss(const MissedFrames& frames, DropReason reason) {
     std::lock_guard lock(mutex_);
-    for (const auto& reader : readers_) reader->is_well = false;
+    std::uint64_t most = 0;
+    for (const auto& reader : readers_) most = std::max(most, taken_of(*reader, frames));
+    if (most == 0) return 0;
+    (reason == DropReason::fault ? missed_by_fault_ : not_drawn_).fetch_add(most, std::memory_order_relaxed);
+    if (reason == DropReason::fault)
+        for (const auto& reader : readers_) reader->is_well = false;
+    return most;
 }
 
 void Output::offer(const frame::FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch) {
@@ -269,8 +280,8 @@ Result<void> Output::write(Reader& reader, const MediaUnit& unit) {
     if (reader.state == State::closed) return drop();
     if (reader.state == State::waiting && monotonic_now_ns() < reader.retry_at_ns) return drop();
     if (reader.state != State::open) {
-        StreamInfo info{camera_.id, camera_.name, unit.info.size, camera_.rate, format(), reader.stats};
-        if (const auto opened = reader.sink->open(info); !opened) return wait_or_end(opened.error());
+        if (const auto opened = reader.sink->open({unit.info.size, reader.stats}); !opened)
+            return wait_or_end(opened.error());
         reader.state = State::open;
     }
     const auto written = or_out_of_memory("sending", [&] { return reader.sink->write(unit); });

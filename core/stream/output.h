@@ -54,8 +54,8 @@ public:
 
     /// Engine thread: would a frame of this world time be taken by anybody?
     bool wants(TimeNs world_ns) const;
-    /// Engine thread: frames from this world time on that readers would have taken do not come.
-    void miss(TimeNs world_ns, std::uint64_t frames, DropReason reason);
+    /// Engine thread: these frames do not come. How many of them the reader would have taken that takes most.
+    std::uint64_t miss(const MissedFrames& frames, DropReason reason);
     /// Engine thread.
     void offer(const frame::FrameRef& frame, const std::shared_ptr<DeliveryLatch>& latch);
 

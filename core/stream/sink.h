@@ -4,11 +4,8 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "core/base/ids.h"
-#include "core/base/rate.h"
 #include "core/base/result.h"
 #include "core/codec/encoder.h"
 #include "core/frame/frame.h"
@@ -31,14 +28,9 @@ struct MediaFormat {
     friend auto operator<=>(const MediaFormat&, const MediaFormat&) = default;
 };
 
-/// What a sink learns when it is opened. Size and format hold until close(); a camera that changes its size closes its
-/// sinks.
+/// What a sink learns when it is opened. The size holds until close(): a camera that changes it closes its sinks.
 struct StreamInfo {
-    CameraId camera_id{};
-    std::string camera;
     ImageSize size;
-    Rate rate;
-    MediaFormat format;
     std::shared_ptr<ReaderStats> stats;  ///< the sink counts delivered and dropped units here
 };
 
@@ -47,7 +39,7 @@ struct MediaUnit {
     frame::FrameInfo info;
     codec::BytesRef bytes;                 ///< encoded (jpeg, png); null for raw
     frame::FrameRef frame;                 ///< raw pixels in the wanted layout and size; null for encoded
-    std::shared_ptr<DeliveryLatch> latch;  ///< lockstep only: take a hold while the unit is on its way
+    std::shared_ptr<DeliveryLatch> latch;  ///< of a step only: take a hold while the unit is on its way
 };
 
 /// Delivers the frames of one camera to the outside.

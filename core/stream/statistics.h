@@ -68,6 +68,11 @@ struct OutputReport {
     /// fault of the way to them).
     std::uint64_t due = 0, fault = 0, not_drawn = 0, kept_back = 0;
 };
+/// Frames of a camera that fall due and do not come: evenly from the first one's world time to the last one's.
+struct MissedFrames {
+    TimeNs first_ns = 0, last_ns = 0;
+    std::uint64_t count = 0;
+};
 /// Why a picture that was due is not drawn.
 enum class DropReason : std::uint8_t {
     overload,  ///< the machine has too little time for all cameras

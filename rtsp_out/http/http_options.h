@@ -102,6 +102,7 @@ struct HttpLimits {
     Duration device_time{90'000};        ///< waiting for a network camera's answer (events are waited for a minute)
     Duration rpc_time{600'000};          ///< waiting for a JSON-RPC answer (world.step may take long)
     Duration repeat_after{2'000};        ///< a stream without a new picture repeats the last one
+    Duration reopen_after{1'000};        ///< a stream of several cameras asks again for one that threw it out
     Duration wrong_token{250};           ///< delay of the answer to a wrong token
     Duration linger{2'000};              ///< how long to read what a refused client still sends, before closing
 };

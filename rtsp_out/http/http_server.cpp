@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <string_view>
 #include <thread>
+#include <utility>
 
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
@@ -84,6 +86,7 @@ struct HttpServer::Impl final : stream::CameraObserver {
 
     Result<DoorRef> listen(std::uint16_t wanted, const char* port_option, std::optional<std::string> device);
     asio::awaitable<void> accept_all(DoorRef door);
+    void report_untaken(std::string_view why);
     void admit(tcp::socket socket, const std::optional<std::string>& device);
     Result<std::uint16_t> open_device_port(std::string device, std::uint16_t wanted);
     bool close_device_port(const std::string& device, std::uint16_t closed);
@@ -145,18 +148,31 @@ bool HttpServer::Impl::close_device_port(const std::string& device, std::uint16_
 }
 
 asio::awaitable<void> HttpServer::Impl::accept_all(DoorRef door) {
+    bool must_pause = false;
     while (!state.stopping && door->acceptor.is_open()) {
-        auto [failed, socket] = co_await door->acceptor.async_accept(quiet);
-        if (state.stopping || failed == asio::error::operation_aborted) co_return;
-        if (!failed) {
-            admit(std::move(socket), door->device);
-            continue;
+        // Without memory a connection is lost, never the port.
+        try {
+            if (std::exchange(must_pause, false)) {
+                door->pause.expires_after(accept_pause);
+                co_await door->pause.async_wait(quiet);
+            }
+            auto [failed, socket] = co_await door->acceptor.async_accept(quiet);
+            if (state.stopping || failed == asio::error::operation_aborted) co_return;
+            if (!failed) {
+                admit(std::move(socket), door->device);
+                continue;
+            }
+            must_pause = true;
+            report_untaken(failed.message());
+        } catch (const std::exception& thrown) {
+            must_pause = true;
+            report_untaken(thrown.what());
         }
-        if (state.accept_log.due(monotonic_now_ns()))
-            spdlog::warn("http: a connection could not be taken: {}", failed.message());
-        door->pause.expires_after(accept_pause);
-        co_await door->pause.async_wait(quiet);
     }
+}
+
+void HttpServer::Impl::report_untaken(std::string_view why) {
+    if (state.accept_log.due(monotonic_now_ns())) spdlog::warn("http: a connection could not be taken: {}", why);
 }
 
 void HttpServer::Impl::admit(tcp::socket socket, const std::optional<std::string>& device) {

@@ -53,7 +53,9 @@ Result<std::unique_ptr<PictureStream>> PictureStream::open_mjpeg(ServerState& st
         return error(ErrorKind::unavailable, "camera " + camera + " refuses connections (a fault)");
     }
     const int quality = params.quality.value_or(mjpeg_options_of(found->outputs).quality);
-    if (auto added = stream->add(camera, jpeg_of(quality)); !added) return std::unexpected(added.error());
+    const auto channel = stream->add(*found, jpeg_of(quality));
+    if (!channel) return std::unexpected(channel.error());
+    if (auto in = (*channel)->subscribe(); !in) return std::unexpected(in.error());
     return stream;
 }
 
@@ -63,17 +65,20 @@ Result<std::unique_ptr<PictureStream>> PictureStream::open_live(ServerState& sta
     for (const std::string& name : params.cameras) {
         const auto camera = state.options.bus->find(name);
         if (!camera) return std::unexpected(camera.error());
-        const stream::MediaFormat format = jpeg_of(params.quality, scaled_to(camera->size, params.width));
-        if (auto added = stream->add(name, format); !added) return std::unexpected(added.error());
+        const auto channel = stream->add(*camera, jpeg_of(params.quality, scaled_to(camera->size, params.width)));
+        if (!channel) return std::unexpected(channel.error());
+        if (camera->standing.refuses("mjpeg"))
+            state.options.bus->note_refused(name, "mjpeg", peer);
+        else if (auto in = (*channel)->subscribe(); !in)
+            return std::unexpected(in.error());
     }
     return stream;
 }
 
-Result<void> PictureStream::add(const std::string& camera, const stream::MediaFormat& format) {
-    auto channel = StreamChannel::open(state_, event_, camera, format, rate_, peer_);
+Result<StreamChannel*> PictureStream::add(const stream::CameraStream& camera, const stream::MediaFormat& format) {
+    auto channel = StreamChannel::create(state_, event_, camera, format, rate_, peer_);
     if (!channel) return std::unexpected(channel.error());
-    channels_.push_back(std::move(*channel));
-    return {};
+    return channels_.emplace_back(std::move(*channel)).get();
 }
 
 asio::awaitable<PictureStream::Failure> PictureStream::follow_output(beast::tcp_stream& socket) {
@@ -84,9 +89,10 @@ asio::awaitable<PictureStream::Failure> PictureStream::follow_output(beast::tcp_
     if (!found) co_return Failure{};  // the channel's end says so
     const stream::MediaFormat format = jpeg_of(mjpeg_options_of(found->outputs).quality);
     if (format == channel->format()) co_return Failure{};
-    auto next = StreamChannel::open(state_, event_, channel->camera(), format, rate_, peer_);
-    if (!next) {
-        spdlog::info("a reader of {} keeps its quality: {}", channel->camera(), next.error().message);
+    auto next = StreamChannel::create(state_, event_, *found, format, rate_, peer_);
+    const Result<void> in = next ? (*next)->subscribe() : std::unexpected(next.error());
+    if (!in) {
+        spdlog::info("a reader of {} keeps its quality: {}", channel->camera(), in.error().message);
         co_return Failure{};
     }
     int sent = 0;
@@ -117,7 +123,7 @@ asio::awaitable<void> PictureStream::run(beast::tcp_stream& socket, unsigned htt
     while (!failed && !ended) {
         int sent = 0;
         failed = co_await send_round(socket, sent, ended);
-        if (!failed && ended && channels_.front()->is_reset()) co_return break_off(socket);
+        if (!failed && ended && form_ == Form::mjpeg && channels_.front()->is_reset()) co_return break_off(socket);
         if (!failed && ended) failed = co_await send_text(socket, closing);
         if (!failed && !ended) failed = co_await follow_output(socket);
         if (!failed && !ended && sent == 0) failed = co_await wait(socket);
@@ -142,15 +148,16 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stre
                                                                  const std::string& camera) {
     const std::size_t bytes = unit.bytes->size();
     // The page's own stream of many cameras stays readable.
-    const auto wrong = form_ == Form::mjpeg && unit.info.faults ? fault::part_error(*unit.info.faults) : std::nullopt;
+    const fault::FrameFaults* const faults = form_ == Form::mjpeg ? unit.info.faults.get() : nullptr;
+    const auto wrong = faults ? fault::part_error(*faults) : std::nullopt;
     const std::size_t announced = wrong == fault::PartError::length ? bytes + bytes / 2 : bytes;
     const std::string head = part_head(unit, announced, form_ == Form::live ? std::string_view(camera) : "");
     SendPieces pieces{asio::buffer(head), asio::buffer(unit.bytes->data(), bytes),
                       asio::buffer(wrong == fault::PartError::boundary ? without_boundary : after_picture)};
-    const auto cut = unit.info.faults ? fault::cut_part(*unit.info.faults, bytes) : std::nullopt;
+    const auto cut = faults ? fault::cut_part(*faults, bytes) : std::nullopt;
     if (cut) {
         pieces = {asio::buffer(head), asio::buffer(unit.bytes->data(), bytes - cut->bytes)};
-        fault::note(*unit.info.faults, to_string(fault::Output::mjpeg), *cut);
+        fault::note(*faults, to_string(fault::Output::mjpeg), *cut);
     }
     const Failure failed = co_await send_all(socket, pieces, state_.options.limits.stalled_after);
     repeat_at_ = Clock::now() + state_.options.limits.repeat_after;
@@ -160,10 +167,10 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stre
 
 asio::awaitable<PictureStream::Failure> PictureStream::send_round(beast::tcp_stream& socket, int& sent, bool& ended) {
     for (const auto& channel : channels_) {
-        const bool is_over = channel->ended();  // asked first: what comes in between is still sent
+        const bool has_ended = channel->ended();  // asked first: what comes in between is still sent
         auto picture = channel->next();
         if (!picture) {
-            ended = ended || is_over;
+            ended = ended || (has_ended && is_over(*channel));
             continue;
         }
         const Failure failed = co_await send_part(socket, picture->unit, channel->camera());
@@ -179,9 +186,11 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_round(beast::tcp_str
 }
 
 asio::awaitable<PictureStream::Failure> PictureStream::wait(beast::tcp_stream& socket) {
-    const auto left = repeat_at_ - Clock::now();
-    if (left > Clock::duration::zero()) {
-        const Wake wake = co_await event_->wait_for(left);
+    const Clock::time_point now = Clock::now();
+    if (now < repeat_at_) {
+        Clock::time_point until = repeat_at_;
+        for (const auto& channel : channels_) until = std::min(until, channel->reopen_at().value_or(until));
+        const Wake wake = co_await event_->wait_for(until - now);
         if (wake == Wake::disconnected) co_return asio::error::operation_aborted;
         co_return Failure{};
     }

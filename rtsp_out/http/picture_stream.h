@@ -19,7 +19,9 @@ namespace camrig::http {
 ///
 /// The first part of a camera is its latest due frame, so that a reader opens even when the world stands still. Of
 /// several cameras each takes its turn with its newest picture, so a slow client sees all of them at a lower rate. The
-/// stream ends when a camera is deleted or changes its size; the client asks again. Lives on the server's thread.
+/// stream ends when a camera is deleted or changes its size; the client asks again. A fault of the camera ends one of
+/// MJPEG too; of several cameras the others go on, and it comes back when it lets readers in. Lives on the server's
+/// thread.
 class PictureStream {
 public:
     enum class Form : std::uint8_t {
@@ -53,7 +55,10 @@ private:
         : state_(state), event_(std::move(event)), form_(form), rate_(rate), peer_(std::move(peer)) {
         ++state_.counts.streams_open;
     }
-    Result<void> add(const std::string& camera, const stream::MediaFormat& format);
+    /// One more channel, not subscribed yet.
+    Result<StreamChannel*> add(const stream::CameraStream& camera, const stream::MediaFormat& format);
+    /// Whether a channel that has ended will have no pictures any more.
+    bool is_over(StreamChannel& channel) const { return form_ == Form::mjpeg || !channel.reopen(); }
     /// Goes on in the quality that the camera's output {kind: mjpeg} says now.
     boost::asio::awaitable<Failure> follow_output(boost::beast::tcp_stream& socket);
     boost::asio::awaitable<Failure> send_text(boost::beast::tcp_stream& socket, std::string_view text);
@@ -61,7 +66,7 @@ private:
                                               const std::string& camera);
     /// One picture of each camera that has one; `ended` when a camera has none and never will.
     boost::asio::awaitable<Failure> send_round(boost::beast::tcp_stream& socket, int& sent, bool& ended);
-    /// Until there may be a picture, or until it is time for a sign of life.
+    /// Until there may be a picture, or until it is time to ask a camera again or for a sign of life.
     boost::asio::awaitable<Failure> wait(boost::beast::tcp_stream& socket);
 
     ServerState& state_;

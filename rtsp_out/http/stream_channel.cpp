@@ -1,38 +1,63 @@
 #include "rtsp_out/http/stream_channel.h"
 
+#include <utility>
+
 #include <spdlog/spdlog.h>
 
 namespace camrig::http {
 
-StreamChannel::StreamChannel(ServerState& state, AsyncEventRef event, std::string camera, EncodingShare share)
-    : state_(state), event_(std::move(event)), camera_(std::move(camera)), share_(std::move(share)) {}
+StreamChannel::StreamChannel(ServerState& state, AsyncEventRef event, stream::CameraStream camera, EncodingShare share,
+                             const std::optional<Rate>& rate, std::string peer)
+    : state_(state),
+      event_(std::move(event)),
+      camera_(std::move(camera)),
+      share_(std::move(share)),
+      rate_(rate),
+      peer_(std::move(peer)) {}
 
 StreamChannel::~StreamChannel() {
     if (sink_) sink_->abandon();
     subscription_.reset();
 }
 
-Result<std::unique_ptr<StreamChannel>> StreamChannel::open(ServerState& state, AsyncEventRef event,
-                                                           const std::string& camera, const stream::MediaFormat& format,
-                                                           const std::optional<Rate>& rate, const std::string& peer) {
-    auto share = EncodingShare::take(state, camera, format);
+Result<std::unique_ptr<StreamChannel>> StreamChannel::create(ServerState& state, AsyncEventRef event,
+                                                             const stream::CameraStream& camera,
+                                                             const stream::MediaFormat& format,
+                                                             const std::optional<Rate>& rate, const std::string& peer) {
+    auto share = EncodingShare::take(state, camera.name, format);
     if (!share) return std::unexpected(share.error());
-    std::unique_ptr<StreamChannel> channel(new StreamChannel(state, event, camera, std::move(*share)));
-    channel->sink_ = std::make_shared<MjpegSink>(event, camera, peer);
-    stream::SubscribeOptions options{"mjpeg", peer, rate};
+    return std::unique_ptr<StreamChannel>(
+        new StreamChannel(state, std::move(event), camera, std::move(*share), rate, peer));
+}
+
+Result<void> StreamChannel::subscribe() {
+    auto sink = std::make_shared<MjpegSink>(event_, camera_.name, peer_);
     // The sink is closed before on_end is called, and that says all the stream needs.
-    auto subscription = state.options.bus->subscribe(camera, format, std::move(options), channel->sink_, {});
+    auto subscription = state_.options.bus->subscribe(camera_.name, share_.format(), {"mjpeg", peer_, rate_}, sink, {});
     if (!subscription) return std::unexpected(subscription.error());
-    channel->subscription_ = std::move(*subscription);
-    return channel;
+    subscription_ = std::move(*subscription);
+    sink_ = std::move(sink);
+    reopen_at_.reset();
+    return {};
+}
+
+bool StreamChannel::reopen() {
+    const auto now = std::chrono::steady_clock::now();
+    if (reopen_at_ && now < *reopen_at_) return true;
+    const auto found = state_.options.bus->find(camera_.name);
+    if (!found || found->id != camera_.id || found->size != camera_.size) return false;
+    if (std::exchange(reopen_at_, now + state_.options.limits.reopen_after) && !found->standing.refuses("mjpeg")) {
+        if (auto in = subscribe(); !in) spdlog::debug("camera {}: {}", camera_.name, in.error().message);
+    }
+    return true;
 }
 
 void StreamChannel::fetch() {
-    if (fetched_) return;
+    if (fetched_ || ended()) return;
     const auto ticket = FetchTicket::begin(state_);
     if (!ticket) return;
     stream::FetchRequest request;
-    request.camera = camera_;
+    request.camera = camera_.name;
     request.format = share_.format();
     fetched_ = make_answer_slot<Result<stream::MediaUnit>>(event_);
     state_.options.fetcher->fetch(
@@ -40,7 +65,7 @@ void StreamChannel::fetch() {
 }
 
 std::optional<StreamChannel::Picture> StreamChannel::next() {
-    while (auto item = sink_->take()) {
+    while (auto item = sink_ ? sink_->take() : std::nullopt) {
         if (!last_sequence_ || item->unit.info.sequence > *last_sequence_) {
             stream::MediaUnit unit = item->unit;
             return Picture{std::move(unit), std::move(item)};
@@ -58,7 +83,7 @@ std::optional<StreamChannel::Picture> StreamChannel::next() {
     fetched_.reset();
     if (!*fetched) {
         // The subscription tells when the camera is gone; anything else is tried again by the next fetch().
-        spdlog::debug("camera {}: no first picture for an MJPEG reader: {}", camera_, fetched->error().message);
+        spdlog::debug("camera {}: no first picture for an MJPEG reader: {}", camera_.name, fetched->error().message);
         return std::nullopt;
     }
     if (last_sequence_ && (*fetched)->info.sequence <= *last_sequence_) return std::nullopt;

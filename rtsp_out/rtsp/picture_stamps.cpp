@@ -15,7 +15,6 @@ constexpr TimeNs repeat_after_ns = ns_per_s;
 /// Programs on ffmpeg's libraries open a stream only when they have seen some 20 pictures.
 constexpr TimeNs opening_ns = 5 * ns_per_s;
 constexpr TimeNs opening_repeat_ns = 90 * ns_per_ms;
-constexpr TimeNs least_lag_ns = ns_per_s / 2;
 
 }  // namespace
 
@@ -26,7 +25,7 @@ TimeNs PictureStamps::of_first(TimeNs instant_ns, TimeNs now_ns) {
 
 std::optional<TimeNs> PictureStamps::of_new(TimeNs instant_ns, TimeNs now_ns, bool must_be_sent) {
     last_new_ns_ = now_ns;
-    lag_ns_ = 2 * (now_ns - instant_ns);
+    late_ns_ = now_ns - instant_ns;
     if (is_repeat_ && instant_ns < last_ns_ + min_step_ns && !must_be_sent) return std::nullopt;
     is_repeat_ = false;
     return take(instant_ns, now_ns);
@@ -42,13 +41,13 @@ std::optional<TimeNs> PictureStamps::of_repeat(TimeNs now_ns) {
 
 std::optional<TimeNs> PictureStamps::of_join(TimeNs now_ns) {
     joined_ns_ = now_ns;
-    if (last_sent_ns_ == 0 || now_ns - last_sent_ns_ < least_lag_ns) return std::nullopt;
+    if (last_sent_ns_ == 0 || now_ns - last_sent_ns_ < stream::least_repeat_age_ns) return std::nullopt;
     return repeated(now_ns);
 }
 
 TimeNs PictureStamps::repeated(TimeNs now_ns) {
     is_repeat_ = true;
-    return take(now_ns - std::max(lag_ns_, least_lag_ns), now_ns);
+    return take(now_ns - stream::repeat_age_ns(late_ns_), now_ns);
 }
 
 TimeNs PictureStamps::take(TimeNs stamp_ns, TimeNs now_ns) {

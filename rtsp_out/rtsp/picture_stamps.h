@@ -38,7 +38,7 @@ private:
     const TimeNs base_ns_;
     const Rate rate_;
     bool is_repeat_ = false;   ///< the last stamp was made up
-    TimeNs lag_ns_ = 0;        ///< of a repeat behind now
+    TimeNs late_ns_ = 0;       ///< how long after its instant the last new picture came
     TimeNs last_ns_ = 0;       ///< the last stamp
     TimeNs last_sent_ns_ = 0;  ///< when it was given; 0: none was
     TimeNs last_new_ns_ = 0;   ///< when a picture came that was not sent before

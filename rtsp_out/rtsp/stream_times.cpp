@@ -14,7 +14,8 @@ TimeNs StreamTimes::next_pts(const frame::FrameInfo& info, TimeNs stamp_ns) {
     last_world_ns_ = info.world_ns;
     if (begins_anew) first_clock_error_ns_ = reading.steady_error_ns - clock_.rtp_error_ns;
     clock_ = {.rtp_error_ns = reading.steady_error_ns - *first_clock_error_ns_, .ntp_error_ns = reading.stamp_error_ns};
-    return last_pts_ = std::max(timeline_.pts_of(stamp_ns) + clock_.rtp_error_ns, last_pts_ + min_step_ns);
+    const TimeNs pts = timeline_.pts_of(stamp_ns - info.taken_for_ns()) + clock_.rtp_error_ns;
+    return last_pts_ = std::max(pts, last_pts_ + min_step_ns);
 }
 
 }  // namespace camrig::rtsp

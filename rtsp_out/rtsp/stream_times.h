@@ -8,7 +8,8 @@
 namespace camrig::rtsp {
 
 /// The PTS of a stream's pictures and the times in its RTCP sender reports, by the simulated clock of its camera, which
-/// may run wrong and may be added or removed at any time. PTS strictly increase, by at least a tick of the RTP clock.
+/// may run wrong and may be added or removed at any time. Of a camera with a sensor a picture's time is the start of
+/// its exposure. PTS strictly increase, by at least a tick of the RTP clock.
 ///
 /// Plain arithmetic, reads no clock. One thread at a time.
 class StreamTimes {

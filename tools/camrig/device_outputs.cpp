@@ -7,9 +7,9 @@
 namespace camrig::cli {
 
 Result<std::unique_ptr<DeviceOutputs>> DeviceOutputs::create(stream::FrameBus& bus, engine::CommandPort& commands,
-                                                             const std::string& socket_path) {
+                                                             const std::string& socket_path, bool is_lockstep) {
     auto controls = std::make_shared<CameraControls>(commands);
-    auto server = device::DeviceServer::create(bus, socket_path, controls);
+    auto server = device::DeviceServer::create(bus, socket_path, controls, is_lockstep);
     if (!server) return std::unexpected(server.error());
     std::unique_ptr<DeviceOutputs> outputs(new DeviceOutputs(bus, std::move(controls), std::move(*server)));
     bus.add_observer(outputs.get());

@@ -16,9 +16,10 @@ namespace camrig::cli {
 /// opened is tried again whenever a camera changes.
 class DeviceOutputs final : public stream::CameraObserver {
 public:
-    /// `commands`: where the devices' controls go; it must outlive the bus's cameras.
+    /// `commands`: where the devices' controls go; it must outlive the bus's cameras. `is_lockstep`: no picture is
+    /// repeated (DeviceServer).
     static Result<std::unique_ptr<DeviceOutputs>> create(stream::FrameBus& bus, engine::CommandPort& commands,
-                                                         const std::string& socket_path);
+                                                         const std::string& socket_path, bool is_lockstep = false);
     ~DeviceOutputs() override;
 
     void camera_added(const stream::CameraStream& camera) override;

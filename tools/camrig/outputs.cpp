@@ -15,12 +15,12 @@ namespace {
 using Opened = Result<std::unique_ptr<stream::CameraObserver>>;
 
 Opened open_loopback_outputs(const OutputHost& host) {
-    return std::make_unique<device::LoopbackServer>(
-        host.bus, host.fetcher, device::LoopbackHost::Options{.always_subscribed = host.is_lockstep});
+    return std::make_unique<device::LoopbackServer>(host.bus, host.fetcher,
+                                                    device::LoopbackHost::Options{.is_lockstep = host.is_lockstep});
 }
 
 Opened open_device_outputs(const OutputHost& host) {
-    return DeviceOutputs::create(host.bus, host.commands, host.device_socket);
+    return DeviceOutputs::create(host.bus, host.commands, host.device_socket, host.is_lockstep);
 }
 
 /// What families are made with.

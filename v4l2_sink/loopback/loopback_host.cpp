@@ -167,7 +167,7 @@ void LoopbackHost::update(Device& device, TimeNs monotonic_ns) {
         apply_format(device, !is_certainly_read && (has_just_left || monotonic_ns >= device.reopen_ns), monotonic_ns);
     if (!open) return;
 
-    const bool wanted = open->is_read || options_.always_subscribed;
+    const bool wanted = open->is_read || options_.is_lockstep;
     if (!wanted && open->subscription) open->subscription.reset();
     if (wanted && !open->subscription && monotonic_ns >= device.retry_ns) subscribe(device, *open, monotonic_ns);
 
@@ -178,7 +178,9 @@ void LoopbackHost::update(Device& device, TimeNs monotonic_ns) {
             spdlog::info("{}: a program asked for another rate; it stays {} per second, the camera's",
                          video_path(device.settings.number), open->shown.rate.to_string());
     }
-    if (const auto repeated = open->sink->repeat_if_silent(monotonic_ns, tells && !open->is_read); !repeated) {
+    const bool is_idle = tells && !open->is_read;
+    if (options_.is_lockstep && !is_idle) return;
+    if (const auto repeated = open->sink->repeat_if_silent(monotonic_ns); !repeated) {
         close(device);
         report(device, repeated.error(), monotonic_ns);
     }

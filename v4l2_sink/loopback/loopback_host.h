@@ -30,9 +30,9 @@ struct LoopbackSettings {
 class LoopbackHost {
 public:
     struct Options {
-        /// Subscribe even while no program reads: for lockstep, where a reader that has just opened the device must not
-        /// miss a frame.
-        bool always_subscribed = false;
+        /// Pictures come when a client steps the world. The camera is subscribed to even while no program reads, as one
+        /// that has just opened the device must not miss a frame; and who reads gets no picture that nobody asked for.
+        bool is_lockstep = false;
     };
 
     /// Callbacks of other threads (bus, fetcher) post to `tasks`, which the loopback server's thread runs.

@@ -15,14 +15,12 @@ std::span<const std::byte> picture_of(const stream::MediaUnit& unit) {
     return *unit.bytes;
 }
 
-/// What a picture is stamped with that is shown again: by its camera's clock, or the next one would seem to come
-/// before it. Never in the future.
-TimeNs repeated_ns(const stream::MediaUnit& unit, TimeNs monotonic_ns) {
-    const TimeNs clock_error_ns = unit.info.clock ? unit.info.clock->steady_error_ns : 0;
-    return monotonic_ns - LoopbackSink::repeat_age_ns + std::min(TimeNs{0}, clock_error_ns);
-}
-
 }  // namespace
+
+TimeNs LoopbackSink::repeated_ns(const stream::MediaUnit& unit, TimeNs monotonic_ns) const {
+    const TimeNs clock_error_ns = unit.info.clock ? unit.info.clock->steady_error_ns : 0;
+    return monotonic_ns - stream::repeat_age_ns(late_ns_) + std::min(TimeNs{0}, clock_error_ns);
+}
 
 Result<void> LoopbackSink::open(const stream::StreamInfo& info) {
     std::lock_guard lock(mutex_);
@@ -49,7 +47,7 @@ Result<void> LoopbackSink::write(const stream::MediaUnit& unit) {
     }
     const TimeNs now_ns = monotonic_now_ns();
     const std::int64_t instant_us = std::min(unit.info.steady_ns(), now_ns) / ns_per_us;
-    in_lockstep_ = unit.latch != nullptr;
+    late_ns_ = now_ns - unit.info.monotonic_ns;
     if (const auto shown = show(unit, std::max(instant_us, last_stamp_us_ + 1), now_ns); !shown)
         return error(ErrorKind::internal, shown.error().message);  // not "unavailable", which the Output would retry
     stats_->delivered.fetch_add(1, std::memory_order_relaxed);
@@ -77,9 +75,9 @@ Result<void> LoopbackSink::refresh(const stream::MediaUnit& unit, TimeNs monoton
     return show(unit, std::max(instant_ns / ns_per_us, last_stamp_us_ + 1), monotonic_ns);
 }
 
-Result<void> LoopbackSink::repeat_if_silent(TimeNs monotonic_ns, bool idle) {
+Result<void> LoopbackSink::repeat_if_silent(TimeNs monotonic_ns) {
     std::lock_guard lock(mutex_);
-    if (!last_ || is_held_back_ || (in_lockstep_ && !idle)) return {};
+    if (!last_ || is_held_back_) return {};
     if (monotonic_ns - last_show_ns_ < stream::silence_ns(device_->format().rate, silence_ns)) return {};
     const std::int64_t stamp_us = repeated_ns(*last_, monotonic_ns) / ns_per_us;
     return show(*last_, std::max(stamp_us, last_stamp_us_ + 1), monotonic_ns);

@@ -22,9 +22,6 @@ public:
     /// How long a device may stay silent, unless its camera is slower than that: below the 2 s that are promised, so
     /// that a program that waits 5 s (ROS usb_cam) or 10 s (OpenCV) never gives up.
     static constexpr TimeNs silence_ns = 1'500 * ns_per_ms;
-    /// A repeated picture's timestamp lies so far in the past, so that it is before that of the camera's next picture,
-    /// which may be on its way.
-    static constexpr TimeNs repeat_age_ns = 500 * ns_per_ms;
 
     explicit LoopbackSink(std::unique_ptr<LoopbackDevice> device) : device_(std::move(device)) {}
 
@@ -37,9 +34,8 @@ public:
     /// Shows a picture that was fetched while nobody reads and the camera is not subscribed to, so that the next
     /// reader's first picture is a recent one.
     Result<void> refresh(const stream::MediaUnit& unit, TimeNs monotonic_ns);
-    /// Shows the last picture again if the device was silent for too long. In lockstep only with `idle` (nobody reads):
-    /// a reader gets the pictures that were asked for and no other.
-    Result<void> repeat_if_silent(TimeNs monotonic_ns, bool idle);
+    /// Shows the last picture again if the device was silent for too long.
+    Result<void> repeat_if_silent(TimeNs monotonic_ns);
     bool has_picture() const;
 
     /// Calls `use` with the device, while nothing is written to it. Not after give_up().
@@ -51,6 +47,9 @@ public:
     void give_up();
 
 private:
+    /// What a picture is stamped with that is shown again: by its camera's clock, or the next one would seem to come
+    /// before it. Never in the future.
+    TimeNs repeated_ns(const stream::MediaUnit& unit, TimeNs monotonic_ns) const;
     Result<void> show(const stream::MediaUnit& unit, std::int64_t stamp_us, TimeNs monotonic_ns);
 
     mutable std::mutex mutex_;
@@ -59,7 +58,7 @@ private:
     std::optional<stream::MediaUnit> last_;
     std::int64_t last_stamp_us_ = 0;
     TimeNs last_show_ns_ = 0;
-    bool in_lockstep_ = false;
+    TimeNs late_ns_ = 0;         ///< how long after its instant the last new picture came
     bool is_held_back_ = false;  ///< a fault withholds pictures at present
 };
 

@@ -59,10 +59,10 @@ bool make_event_sockets(UniqueFd& rig, UniqueFd& program) {
 }  // namespace
 
 DeviceHost::DeviceHost(stream::FrameBus& bus, std::shared_ptr<ControlPort> controls,
-                       const std::shared_ptr<TaskQueue>& tasks)
+                       const std::shared_ptr<TaskQueue>& tasks, bool is_lockstep)
     : bus_(bus),
       controls_(std::move(controls), tasks, [this](const std::string& camera) { return openers_of(camera); }),
-      rings_(bus, tasks, [this](const std::shared_ptr<FedRing>& ring) { unplug(ring); }) {}
+      rings_(bus, tasks, [this](const std::shared_ptr<FedRing>& ring) { unplug(ring); }, is_lockstep) {}
 
 DeviceHost::~DeviceHost() {
     for (const SessionRef& session : sessions_) stream_off(session);
@@ -166,7 +166,12 @@ void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> m
 void DeviceHost::tick(TimeNs monotonic_ns) {
     thread_.check();
     rings_.tick(monotonic_ns);
-    for (const SessionRef& session : sessions_) session->send_waiting();
+    std::vector<SessionRef> given_up;  // also by an answer or an event since
+    for (const SessionRef& session : sessions_) {
+        session->send_waiting();
+        if (session->dead) given_up.push_back(session);
+    }
+    for (const SessionRef& session : given_up) end(session);
 }
 
 int DeviceHost::describe(DeviceSession& session, const DeviceState& device, int number) {

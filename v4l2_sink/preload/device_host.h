@@ -25,7 +25,8 @@ public:
     static constexpr std::size_t max_sessions = 1024;
 
     /// Callbacks of other threads (bus, controls) post to `tasks`, which the device server's thread runs.
-    DeviceHost(stream::FrameBus& bus, std::shared_ptr<ControlPort> controls, const std::shared_ptr<TaskQueue>& tasks);
+    DeviceHost(stream::FrameBus& bus, std::shared_ptr<ControlPort> controls, const std::shared_ptr<TaskQueue>& tasks,
+               bool is_lockstep = false);
     ~DeviceHost();
 
     /// Replaces a device of the same number: programs that have that open see it unplugged.
@@ -41,7 +42,8 @@ public:
     void receive(const std::shared_ptr<DeviceSession>& session, std::span<const std::byte> message);
     /// The connection has ended: the program closed its device, exited or was disconnected.
     void leave(const std::shared_ptr<DeviceSession>& session);
-    /// Repeats last frames that are due (RingPool::tick). To be called a few times a second.
+    /// Repeats last frames that are due (RingPool::tick), and ends the sessions of peers that take no messages. To be
+    /// called a few times a second.
     void tick(TimeNs monotonic_ns);
 
     /// Sessions whose connection the caller shall close.

@@ -12,6 +12,7 @@
 
 #include "core/base/clock.h"
 #include "core/fault/sending.h"
+#include "core/stream/silence.h"
 
 namespace camrig::device {
 
@@ -172,7 +173,6 @@ Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
         if (stats_) ++stats_->dropped;
         return {};
     }
-    in_lockstep_ = unit.latch != nullptr;
     clock_error_ns_ = unit.info.steady_ns() - unit.info.monotonic_ns;
     const fault::FrameFaults* const faults = unit.info.faults.get();
     const auto missing = faults ? fault::bytes_missing(*faults, bytes.size()) : std::nullopt;
@@ -180,11 +180,12 @@ Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
     if (missing) fault::note(*faults, to_string(fault::Output::device), *missing);
     const bool is_bad = faults && fault::has_buffer_error(*faults);
     publish({sent, sequence, is_bad}, unit.info.monotonic_ns, unit.info.steady_ns(), unit.latch);
+    late_ns_ = last_write_ns_ - unit.info.monotonic_ns;
     if (stats_ && (is_bad || sent.size() != bytes.size())) ++stats_->damaged;
     if (stats_) {
         ++stats_->delivered;
         stats_->bytes += sent.size();
-        stats_->last_latency_ns = last_write_ns_ - unit.info.monotonic_ns;
+        stats_->last_latency_ns = late_ns_;
     }
     return {};
 }
@@ -218,12 +219,12 @@ void DeviceRing::hold_back() {
 
 void DeviceRing::repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns) {
     std::lock_guard lock(mutex_);
-    if (published_ == 0 || in_lockstep_ || is_held_back_ || monotonic_ns - last_write_ns_ < idle_ns) return;
+    if (published_ == 0 || is_held_back_ || monotonic_ns - last_write_ns_ < idle_ns) return;
     const std::uint32_t index = static_cast<std::uint32_t>((published_ - 1) % header().slots);
     const std::byte* last = memory_.data() + header().data_offset + std::size_t{index} * header().slot_stride;
     const std::uint32_t bytes = header().slot[index].bytes & ~camrig_slot_error;
-    publish({{last, bytes}, static_cast<std::uint32_t>(++last_sequence_)}, monotonic_ns, monotonic_ns + clock_error_ns_,
-            nullptr);
+    const TimeNs stamp_ns = monotonic_ns - stream::repeat_age_ns(late_ns_) + clock_error_ns_;
+    publish({{last, bytes}, static_cast<std::uint32_t>(++last_sequence_)}, monotonic_ns, stamp_ns, nullptr);
 }
 
 camrig_ring_place DeviceRing::attach(const std::shared_ptr<RingReader>& reader) {

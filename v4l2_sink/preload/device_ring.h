@@ -86,8 +86,8 @@ public:
     void detach(const std::shared_ptr<RingReader>& reader);
     /// Lockstep: a reader that had no queued buffer has queued one, so that pictures that wait for it can be sent.
     void credit(RingReader& reader);
-    /// Shows the last picture once more, with a new timestamp, when none came for idle_ns (programs give up on a
-    /// silent camera after 5 to 10 s). Not in lockstep, where nothing may happen that a client did not ask for.
+    /// Shows the last picture once more, with a new timestamp (stream::repeat_age_ns), when none came for idle_ns
+    /// (programs give up on a silent camera after 5 to 10 s).
     void repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns);
 
     int memory_fd() const { return memory_.fd(); }
@@ -124,7 +124,7 @@ private:
     TimeNs last_stamp_ns_ = 0;
     TimeNs clock_error_ns_ = 0;  ///< at the last picture
     TimeNs last_write_ns_ = 0;
-    bool in_lockstep_ = false;
+    TimeNs late_ns_ = 0;  ///< how long after its instant the last new picture was written
 };
 
 }  // namespace camrig::device

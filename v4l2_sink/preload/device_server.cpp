@@ -36,11 +36,11 @@ std::string device_task(int number) {
 class DeviceServer::Loop {
 public:
     Loop(UnixListener listener, UniqueFd epoll, stream::FrameBus& bus, std::shared_ptr<ControlPort> controls,
-         std::shared_ptr<TaskQueue> tasks)
+         std::shared_ptr<TaskQueue> tasks, bool is_lockstep)
         : listener_(std::move(listener)),
           epoll_(std::move(epoll)),
           tasks_(tasks),
-          host_(bus, std::move(controls), std::move(tasks)) {
+          host_(bus, std::move(controls), std::move(tasks), is_lockstep) {
         watch(listener_.fd());
         watch(tasks_->fd());
     }
@@ -114,7 +114,7 @@ private:
 };
 
 Result<std::unique_ptr<DeviceServer>> DeviceServer::create(stream::FrameBus& bus, const std::string& socket_path,
-                                                           std::shared_ptr<ControlPort> controls) {
+                                                           std::shared_ptr<ControlPort> controls, bool is_lockstep) {
     auto listener = UnixListener::listen(socket_path, {.name = "device socket", .type = SOCK_SEQPACKET});
     if (!listener) return std::unexpected(listener.error());
     auto tree = DeviceTree::create(socket_path);
@@ -123,7 +123,8 @@ Result<std::unique_ptr<DeviceServer>> DeviceServer::create(stream::FrameBus& bus
     if (!epoll)
         return error(ErrorKind::resource_exhausted, "device socket " + socket_path + ": " + std::strerror(errno));
     auto tasks = std::make_shared<TaskQueue>();
-    auto loop = std::make_unique<Loop>(std::move(*listener), std::move(epoll), bus, std::move(controls), tasks);
+    auto loop =
+        std::make_unique<Loop>(std::move(*listener), std::move(epoll), bus, std::move(controls), tasks, is_lockstep);
     return std::unique_ptr<DeviceServer>(
         new DeviceServer(socket_path, std::move(*tree), std::move(loop), std::move(tasks)));
 }

@@ -23,9 +23,11 @@ class DeviceServer {
 public:
     static constexpr int max_connections = 1100;
 
-    /// already_exists: another rig serves this socket. The bus must outlive the server.
+    /// already_exists: another rig serves this socket. The bus must outlive the server. `is_lockstep`: readers get the
+    /// pictures that were asked for and no other; else a camera that is silent repeats its last one.
     static Result<std::unique_ptr<DeviceServer>> create(stream::FrameBus& bus, const std::string& socket_path,
-                                                        std::shared_ptr<ControlPort> controls);
+                                                        std::shared_ptr<ControlPort> controls,
+                                                        bool is_lockstep = false);
     /// Programs see their devices unplugged.
     ~DeviceServer();
 

@@ -74,7 +74,7 @@ void RingPool::ended(const std::shared_ptr<FedRing>& ring, bool is_gone) {
 }
 
 void RingPool::tick(TimeNs monotonic_ns) {
-    if (rings_.empty()) return;
+    if (is_lockstep_ || rings_.empty()) return;
     const auto cameras = bus_.cameras();
     for (const auto& known : rings_) {
         const auto ring = known.lock();

@@ -149,6 +149,27 @@ TEST_F(FrameBusTest, AReaderCanTakeALowerRateThanTheCamera) {
     EXPECT_EQ(wanted, 20);
 }
 
+TEST_F(FrameBusTest, OfFramesThatDoNotComeAReaderMissesThoseThatItWouldHaveTaken) {
+    const auto all = std::make_shared<FakeSink>(), few = std::make_shared<FakeSink>();
+    auto slow = subscribe(few, raw, Rate::create(1, 1).value());
+    const Rate rate = Rate::create(30, 1).value();
+    const auto miss = [&](std::int64_t first, std::int64_t last) {
+        return bus.miss(
+            lobby, {rate.time_of_frame(first), rate.time_of_frame(last), static_cast<std::uint64_t>(last - first + 1)},
+            DropReason::overload);
+    };
+    EXPECT_EQ(miss(1, 29), 1u) << "it has had none yet";
+    bus.publish(set_at(rate.time_of_frame(30), 30), nullptr);
+    ASSERT_TRUE(few->wait_for_units(1));
+    EXPECT_EQ(miss(31, 59), 0u);
+    EXPECT_EQ(miss(60, 149), 3u);
+    auto fast = subscribe(all);
+    EXPECT_EQ(miss(150, 179), 30u) << "as many as the reader that takes most";
+    slow.reset();
+    fast.reset();
+    EXPECT_EQ(miss(180, 209), 0u);
+}
+
 TEST_F(FrameBusTest, DeletingTheCameraEndsItsReadersAndSaysWhy) {
     auto sink = std::make_shared<FakeSink>();
     std::promise<Error> ended;

@@ -206,6 +206,11 @@ void collect_events(Device& device) {
     }
 }
 
+int events_fd(Device& device) {
+    Locked guard(device.control_lock);
+    return device.broken ? -1 : device.control_fd;
+}
+
 int open_device(uint32_t number, int flags) {
     const int control = connect_to_rig();
     if (control < 0) return control;

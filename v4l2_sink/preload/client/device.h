@@ -145,6 +145,8 @@ int open_device(uint32_t number, int flags);
 int transact(Device& device, camrig_request& request, camrig_reply& reply, int* fds);
 /// Takes in control events that have arrived, without waiting.
 void collect_events(Device& device);
+/// What is readable when a control event has come; -1 when none will: nobody reads what comes on a broken channel.
+int events_fd(Device& device);
 bool description_is_sound(const camrig_description& description);
 
 // --- formats (formats.cpp) ---

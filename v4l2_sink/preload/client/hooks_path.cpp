@@ -83,7 +83,8 @@ bool open_ours(int directory, const char* name, int flags, int& result) {
     Place place;
     find_place(directory, name, place);
     if (place.kind == PlaceKind::node) {
-        // A bare path descriptor is not a camera; libc's realpath and friends ask for one.
+        // With O_PATH too, which the kernel would not take to the driver: fstat() of it must tell the node, and no file
+        // of the tree is a character device.
         const int fd = open_device(place.number, flags);
         result = fd < 0 ? fail(-fd) : fd;
         return true;

@@ -57,7 +57,7 @@ int poll_with_events(pollfd* fds, nfds_t count, const timespec* limit, const sig
             const Ref device(fds[i].fd);
             if (device.get() == nullptr) continue;
             pending = pending || event_pending(*device.get());
-            watched[count + extra++] = {device.get()->control_fd, POLLIN, 0};
+            watched[count + extra++] = {events_fd(*device.get()), POLLIN, 0};
         }
         timespec left{};
         const timespec* wait = pending ? &left : left_of(limit, start, left);

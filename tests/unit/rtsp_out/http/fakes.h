@@ -113,16 +113,26 @@ public:
             if (reader->camera != *unit.info.camera) continue;
             ++reader->stats->offered;
             if (!std::exchange(reader->open, true)) {
-                stream::StreamInfo info;
-                info.camera = reader->camera;
-                info.stats = reader->stats;
-                EXPECT_TRUE(reader->sink->open(info));
+                EXPECT_TRUE(reader->sink->open({unit.info.size, reader->stats}));
             }
             EXPECT_TRUE(reader->sink->write(unit));
         }
     }
+    /// The first camera refuses nobody any more.
+    void let_in() {
+        std::lock_guard lock(mutex_);
+        known.front().standing = {};
+    }
     /// The camera goes: its sinks are closed and its readers hear of it.
     void end(const std::string& camera) {
+        {
+            std::lock_guard lock(mutex_);
+            std::erase_if(known, [&](const stream::CameraStream& one) { return one.name == camera; });
+        }
+        throw_out(camera);
+    }
+    /// Its readers end, as by a fault.
+    void throw_out(const std::string& camera) {
         std::vector<std::shared_ptr<Reader>> gone;
         std::lock_guard lock(mutex_);
         std::erase_if(readers_, [&](const auto& reader) {

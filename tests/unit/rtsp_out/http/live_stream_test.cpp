@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "server_fixture.h"
+#include "tests/unit/fault/faulty.h"
 
 namespace camrig::http {
 namespace {
@@ -75,6 +76,55 @@ TEST_F(LiveStreamTest, WhenOneOfItsCamerasGoesTheStreamEnds) {
     EXPECT_TRUE(client.read_to_end().ends_with("--frame--\r\n"));
     EXPECT_TRUE(eventually([&] { return bus.reader_count() == 0; }));
     EXPECT_EQ(server->counts().streams_open, 0U);
+}
+
+TEST_F(LiveStreamTest, AFaultThatCutsOneCamerasPartsLeavesTheStreamWhole) {
+    start();
+    TestClient client(server->port());
+    open(client);
+    client.read_part();
+    client.read_part();
+    stream::MediaUnit cut = jpeg_unit("hall", 1);
+    cut.info.faults = std::make_shared<const fault::FrameFaults>(
+        fault::at_frame(fault::fault_of(fault::CutPart{.probability = 1}), 1));
+    bus.publish(cut);
+    EXPECT_EQ(client.read_part().body.size(), 100U);
+    bus.publish(jpeg_unit("lobby", 1));
+    EXPECT_EQ(client.read_part().fields.at("X-Camera"), "lobby");
+}
+
+TEST_F(LiveStreamTest, WhatACameraThatFailsThrowsOutComesBackAndTheOthersGoOn) {
+    options.limits.reopen_after = std::chrono::milliseconds(20);
+    start();
+    TestClient client(server->port());
+    open(client);
+    client.read_part();
+    client.read_part();
+    bus.throw_out("hall");
+    bus.publish(jpeg_unit("lobby", 1));
+    EXPECT_EQ(client.read_part().fields.at("X-Camera"), "lobby");
+    EXPECT_TRUE(eventually([&] { return bus.reader_count() == 2; }));
+    bus.publish(jpeg_unit("hall", 2));
+    EXPECT_EQ(client.read_part().fields.at("X-Camera"), "hall");
+    EXPECT_EQ(fetcher.request_count(), 2U) << "what it shows is the newest there is";
+}
+
+TEST_F(LiveStreamTest, ACameraThatRefusesIsLeftOutUntilItLetsReadersIn) {
+    options.limits.reopen_after = std::chrono::milliseconds(20);
+    options.limits.repeat_after = std::chrono::milliseconds(20);
+    bus.known.front().standing.refused = 1U << static_cast<unsigned>(fault::Output::mjpeg);
+    start();
+    TestClient client(server->port());
+    EXPECT_EQ(open(client).status, 200);
+    EXPECT_EQ(client.read_part().fields.at("X-Camera"), "hall");
+    for (int signs = 0; signs < 3; ++signs) EXPECT_FALSE(client.read_part().fields.contains("X-Camera"));
+    EXPECT_EQ(bus.reader_count(), 1U);
+    EXPECT_EQ(bus.refused, 1);
+    bus.let_in();
+    TestClient::Reply part = client.read_part();
+    while (!part.fields.contains("X-Camera")) part = client.read_part();
+    EXPECT_EQ(part.fields.at("X-Camera"), "lobby");
+    EXPECT_EQ(bus.reader_count(), 2U);
 }
 
 TEST_F(LiveStreamTest, AnUnknownCameraIsAnErrorAndLeavesNoReader) {

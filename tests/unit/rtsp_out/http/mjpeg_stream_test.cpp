@@ -268,7 +268,7 @@ TEST_F(MjpegStreamTest, WhenTheCameraGoesTheStreamEndsAndAClientCanComeBack) {
     open(client);
     client.read_part();
     bus.publish(jpeg_unit("lobby", 1));
-    bus.end("lobby");
+    bus.throw_out("lobby");
     EXPECT_EQ(sequence_of(client.read_part()), "1");
     EXPECT_TRUE(client.read_to_end().ends_with("--frame--\r\n"));
     TestClient again(server->port());

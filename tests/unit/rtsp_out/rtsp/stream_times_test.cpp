@@ -48,5 +48,12 @@ TEST(StreamTimes, GoOnWhereAClockIsTakenAwayOrGivenOrAnotherWorldBegins) {
         << "the world's time went back";
 }
 
+TEST(StreamTimes, OfASensorsPictureIsTheStartOfItsExposure) {
+    StreamTimes times(timeline);
+    frame::FrameInfo info = picture(1 * second, 500);
+    info.sensor.emplace().exposure_start_ns = info.world_ns - 30 * ns_per_ms;
+    EXPECT_EQ(times.next_pts(info, 101 * second), timeline.pts_of(101 * second - 30 * ns_per_ms));
+}
+
 }  // namespace
 }  // namespace camrig::rtsp

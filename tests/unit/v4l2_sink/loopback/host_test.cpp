@@ -263,6 +263,17 @@ TEST_P(LoopbackHostOf, ASilentCameraKeepsItsReaderAlive) {
     EXPECT_GE(device().pictures.size(), 6u);
 }
 
+// A step of a world that is paused in real time has a latch too.
+TEST_P(LoopbackHostOf, APausedWorldsReaderIsKeptAliveAfterAStepToo) {
+    set_up();
+    kernel.reader_comes(video_number);
+    tick();
+    ASSERT_TRUE(bus.publish(++sequence, now_ns, std::byte{2}, stream::DeliveryLatch::create()));
+    const std::size_t shown = device().pictures.size();
+    for (int i = 0; i < 40; ++i) tick();
+    EXPECT_GE(device().pictures.size(), shown + 5);
+}
+
 TEST_P(LoopbackHostOf, AWriteThatFailsOpensTheDeviceAnew) {
     set_up();
     kernel.reader_comes(video_number);
@@ -333,9 +344,29 @@ TEST(LoopbackHost, AnotherCameraOnTheNumberGetsADeviceOfItsName) {
 }
 
 TEST(LoopbackHost, InLockstepTheCameraIsAlwaysDrawn) {
-    HostFixture fixture(15, {.always_subscribed = true});
+    HostFixture fixture(15, {.is_lockstep = true});
     fixture.set_up();
     EXPECT_EQ(fixture.bus.subscribers().size(), 1u);
+}
+
+TEST(LoopbackHost, InLockstepAReaderGetsNothingThatWasNotAskedFor) {
+    HostFixture fixture(15, {.is_lockstep = true});
+    fixture.set_up();
+    fixture.kernel.reader_comes(video_number);
+    fixture.tick();
+    const auto latch = stream::DeliveryLatch::create();
+    // What a step that was given up had drawn comes without a latch.
+    for (const auto& of_step : {latch, std::shared_ptr<stream::DeliveryLatch>()}) {
+        ASSERT_TRUE(fixture.bus.publish(++fixture.sequence, fixture.now_ns, std::byte{2}, of_step));
+        EXPECT_TRUE(latch->is_open());
+        const std::size_t shown = fixture.device().pictures.size();
+        for (int i = 0; i < 40; ++i) fixture.tick();
+        EXPECT_EQ(fixture.device().pictures.size(), shown);
+    }
+    const std::size_t shown = fixture.device().pictures.size();
+    fixture.kernel.reader_leaves(video_number);
+    for (int i = 0; i < 40; ++i) fixture.tick();
+    EXPECT_GT(fixture.device().pictures.size(), shown) << "nobody reads";
 }
 
 }  // namespace

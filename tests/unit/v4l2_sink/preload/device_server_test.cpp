@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <optional>
 #include <random>
 #include <set>
 #include <thread>
@@ -20,6 +21,7 @@
 
 #include "tests/temporary_folder.h"
 #include "tests/unit/v4l2_sink/preload/test_rig.h"
+#include "v4l2_sink/preload/device_host.h"
 #include "v4l2_sink/preload/device_modes.h"
 #include "v4l2_sink/preload/device_ring.h"
 #include "v4l2_sink/preload/device_tree.h"
@@ -461,6 +463,33 @@ TEST(DeviceServer, RandomRequestsNeverHarmTheRig) {
     EXPECT_EQ(ask(honest.get(), hello(10)).status, 0);
 }
 
+TEST(DeviceHost, WhoTakesNoAnswerThatCameLaterIsUnplugged) {
+    stream::LocalFrameBus bus{{1, std::make_shared<frame::FramePool>()}};
+    bus.add_camera({CameraId{1}, "lobby", {320, 240}, *Rate::create(30, 1)});
+    const auto tasks = std::make_shared<TaskQueue>();
+    DeviceHost host(bus, std::make_shared<StoredControls>(), tasks);
+    host.add_device(10, "lobby", codec::ChromaSampling::yuv422);
+    int pair[2];
+    ASSERT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, pair), 0);
+    const UniqueFd program(pair[0]);
+    const auto session = std::make_shared<DeviceSession>(UniqueFd(pair[1]));
+    const camrig_request greeting = hello(10);
+    host.receive(session, std::as_bytes(std::span(&greeting, 1)));
+    camrig_request question{};
+    question.type = camrig_request_get_control;
+    question.u.control_id = V4L2_CID_GAIN;
+    host.receive(session, std::as_bytes(std::span(&question, 1)));
+    const char filler[1024]{};
+    while (::send(session->control_fd(), filler, sizeof filler, MSG_DONTWAIT | MSG_NOSIGNAL) > 0) {
+    }
+    tasks->run();  // the answer
+    host.tick(monotonic_now_ns());
+    EXPECT_EQ(host.take_ended(), std::vector{session});
+    EXPECT_FALSE(session->event_socket);
+    host.tick(monotonic_now_ns());
+    EXPECT_TRUE(host.take_ended().empty());
+}
+
 /// A reader of a ring whose counters the test writes as it likes.
 struct ByHand {
     explicit ByHand(DeviceRing& in) : ring(in) {
@@ -487,9 +516,9 @@ struct ByHand {
 class DeviceRingTest : public testing::Test {
 protected:
     static constexpr ImageSize size{320, 240};
-    void show(TimeNs world_ns, std::int64_t sequence) {
+    void show(TimeNs world_ns, std::int64_t sequence, TimeNs instant_ns = monotonic_now_ns()) {
         stream::MediaUnit unit;
-        unit.frame = maker.make(sequence, world_ns, monotonic_now_ns());
+        unit.frame = maker.make(sequence, world_ns, instant_ns);
         unit.info = unit.frame->info();
         EXPECT_TRUE(ring->write(unit));
     }
@@ -548,11 +577,28 @@ TEST_F(DeviceRingTest, ASilentCameraRepeatsItsLastPictureWithAFreshStamp) {
     const TimeNs later = monotonic_now_ns() + 2 * ns_per_s;
     ring->repeat_if_idle(later, ns_per_s);
     EXPECT_EQ(header().published, 2u);
-    EXPECT_EQ(newest().monotonic_ns, static_cast<std::uint64_t>(later));
+    EXPECT_EQ(newest().monotonic_ns, static_cast<std::uint64_t>(later - 500 * ns_per_ms));
     EXPECT_GT(newest().monotonic_ns, stamp);
     EXPECT_EQ(newest().sequence, sequence + 1);
     show(100, 6);
     EXPECT_EQ(newest().sequence, sequence + 2);
+}
+
+TEST_F(DeviceRingTest, APictureThatWasDrawnWhileOneWasRepeatedKeepsItsInstant) {
+    const TimeNs now_ns = monotonic_now_ns();
+    show(0, 0, now_ns - 10 * ns_per_ms);
+    ring->repeat_if_idle(now_ns + 2 * ns_per_s, ns_per_s);
+    show(1, 1, now_ns + 1'600 * ns_per_ms);
+    EXPECT_EQ(newest().monotonic_ns, static_cast<std::uint64_t>(now_ns + 1'600 * ns_per_ms));
+}
+
+TEST_F(DeviceRingTest, ACameraWhosePicturesAreLateRepeatsThemWithAnOlderStamp) {
+    const TimeNs now_ns = monotonic_now_ns();
+    show(0, 0, now_ns - 1'500 * ns_per_ms);
+    ring->repeat_if_idle(now_ns + 2 * ns_per_s, ns_per_s);
+    EXPECT_EQ(header().published, 2u);
+    show(1, 1, now_ns + 400 * ns_per_ms);
+    EXPECT_EQ(newest().monotonic_ns, static_cast<std::uint64_t>(now_ns + 400 * ns_per_ms));
 }
 
 TEST_F(DeviceRingTest, LostPicturesShowAsGapsAndAReloadedWorldGoesOnRising) {
@@ -584,26 +630,59 @@ TEST_F(DeviceRingTest, ALowerRateThanTheCamerasCountsItsTicksUntilTheCameraIsSlo
     EXPECT_EQ(newest().sequence, 11u);
 }
 
-TEST(RingPool, ASlowCamerasPictureIsNotRepeatedBeforeTheNextIsDue) {
+class RingPoolTest : public testing::Test {
+protected:
+    explicit RingPoolTest(bool is_lockstep = false)
+        : pool(bus, std::make_shared<TaskQueue>(), [](const auto&) {}, is_lockstep) {
+        bus.add_camera(maker.camera());
+        fed = *pool.take("lobby", {V4L2_PIX_FMT_YUYV, 320, 240, {30, 1}}, codec::ChromaSampling::yuv422);
+        reader.emplace(*fed->ring);
+        reader->page.queued = 10;
+    }
+    /// The camera's first picture, which the reader gets.
+    void show(const std::shared_ptr<stream::DeliveryLatch>& latch = nullptr) {
+        bus.publish({.world_ns = 0, .monotonic_ns = 0, .frames = {maker.make(0, 0, monotonic_now_ns())}}, latch);
+        pollfd wait{reader->theirs.get(), POLLIN, 0};
+        ASSERT_EQ(::poll(&wait, 1, patience_ms), 1);
+        EXPECT_EQ(reader->tokens(), 1);
+    }
+
     stream::LocalFrameBus bus{{1, std::make_shared<frame::FramePool>()}};
-    PictureMaker maker({CameraId{1}, "lobby", {320, 240}, *Rate::create(30, 1)});
-    bus.add_camera(maker.camera());
-    RingPool pool(bus, std::make_shared<TaskQueue>(), [](const auto&) {});
-    const auto fed = *pool.take("lobby", {V4L2_PIX_FMT_YUYV, 320, 240, {30, 1}}, codec::ChromaSampling::yuv422);
+    PictureMaker maker{{CameraId{1}, "lobby", {320, 240}, *Rate::create(30, 1)}};
+    RingPool pool;
+    std::shared_ptr<FedRing> fed;
+    std::optional<ByHand> reader;
+};
+
+TEST_F(RingPoolTest, ASlowCamerasPictureIsNotRepeatedBeforeTheNextIsDue) {
     stream::CameraStream slower = maker.camera();
     slower.rate = *Rate::create(1, 2);
     bus.change_camera(slower);
-    ByHand reader(*fed->ring);
-    reader.page.queued = 10;
-    bus.publish({.world_ns = 0, .monotonic_ns = 0, .frames = {maker.make(0, 0, monotonic_now_ns())}}, nullptr);
-    pollfd wait{reader.theirs.get(), POLLIN, 0};
-    ASSERT_EQ(::poll(&wait, 1, patience_ms), 1);
-    EXPECT_EQ(reader.tokens(), 1);
+    show();
     const TimeNs now_ns = monotonic_now_ns();
     pool.tick(now_ns + 3 * ns_per_s);
-    EXPECT_EQ(reader.tokens(), 0);
+    EXPECT_EQ(reader->tokens(), 0);
     pool.tick(now_ns + 5 * ns_per_s);
-    EXPECT_EQ(reader.tokens(), 1);
+    EXPECT_EQ(reader->tokens(), 1);
+}
+
+// A step of a world that is paused in real time has a latch too.
+TEST_F(RingPoolTest, APausedWorldsPictureIsRepeatedAfterAStepToo) {
+    show(stream::DeliveryLatch::create());
+    pool.tick(monotonic_now_ns() + 2 * ns_per_s);
+    EXPECT_EQ(reader->tokens(), 1);
+}
+
+class RingPoolInLockstep : public RingPoolTest {
+protected:
+    RingPoolInLockstep() : RingPoolTest(true) {}
+};
+
+// What a step that was given up had drawn comes without a latch.
+TEST_F(RingPoolInLockstep, APictureIsNotRepeatedWhicheverWayItCame) {
+    show();
+    pool.tick(monotonic_now_ns() + 60 * ns_per_s);
+    EXPECT_EQ(reader->tokens(), 0);
 }
 
 TEST(DeviceModes, SizesKeepTheShapeAndAreEven) {
