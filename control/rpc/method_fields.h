@@ -28,8 +28,8 @@ template <auto member>
 auto min_ns_at() {
     return field_at<member>(
         {.name = "min_ns",
-         .doc = "world time the frame must show or be later than; waits up to 10 s for it. 0: from which the camera's "
-                "last command shows",
+         .doc = "world time the frame must show or be later than; waits for it up to 10 s, or two frames of a "
+                "slower camera. 0: from which the camera's last command shows",
          .unit = "ns"});
 }
 

@@ -54,13 +54,16 @@ void identify(RpcContext& context, const json&, RpcReply done) {
 constexpr TimeNs save_ahead_ns = 50'000'000;
 
 /// The engine says what the state is, and at the same moment how long the log was; another thread copies that.
-void save_at(RpcContext& context, TimeNs at_ns, const std::string& name, const RpcReply& done) {
+void save_at(RpcContext& context, TimeNs at_ns, bool runs, const std::string& name, const RpcReply& done) {
     context.commands.post(engine::Request<engine::GetDigest>{
         {},
-        [&context, name, done](Result<engine::GetDigest::Reply> digest) {
+        [&context, runs, name, done](Result<engine::GetDigest::Reply> digest) {
+            if (!digest && !runs && digest.error().kind == ErrorKind::invalid_argument)
+                return done(error(ErrorKind::unavailable, "world.step moved the world meanwhile; save again after it"));
             if (!digest) return done(std::unexpected(digest.error()));
-            const auto write = [log = context.log(), name, done,
-                                state = SavedState{digest->world_ns, hex_text(digest->value)},
+            const auto log = context.log();
+            if (!log) return done(std::unexpected(log.error()));
+            const auto write = [log = *log, name, done, state = SavedState{digest->world_ns, hex_text(digest->value)},
                                 count = digest->command_count] {
                 const auto file = save_world(log, name, state);
                 if (!file) return done(std::unexpected(file.error()));
@@ -90,7 +93,7 @@ void save(RpcContext& context, const json& params, RpcReply done) {
         {}, [&context, name, done](Result<engine::WorldState> world) {
             if (!world) return done(std::unexpected(world.error()));
             const bool runs = world->mode == engine::RunMode::realtime && !world->paused;
-            save_at(context, world->world_ns + (runs ? save_ahead_ns : 0), name, done);
+            save_at(context, world->world_ns + (runs ? save_ahead_ns : 0), runs, name, done);
         }});
 }
 

@@ -78,6 +78,7 @@ public:
     /// The name of the one that it was told to go on last; nullopt: another command came after it.
     std::optional<std::string> tour() const { return pan_.is_on_tour() ? std::optional(tour_) : std::nullopt; }
 
+    const PtzPosition& home() const { return home_; }
     void set_home(TimeNs now_ns) { home_ = status(now_ns).position; }
     /// At first where it stood in the beginning.
     Result<void> go_home(double speed, TimeNs now_ns) { return go_to(home_, speed, now_ns); }

@@ -129,8 +129,11 @@ std::shared_ptr<const LatestDue> torn_with(const CameraEntry& entry, const fault
 void CameraTable::show(CameraEntry& entry, std::int64_t sequence, world::SnapshotRef snapshot, TimeNs monotonic_ns) {
     LatestDue& latest = entry.latest;
     auto faults = entry.camera.faults().at({sequence, snapshot->world_ns});
-    latest.torn_with = faults ? torn_with(entry, *faults) : nullptr;  // of what was shown, so before that is another
-    latest.shown = faults ? shown_again(entry, *faults) : nullptr;
+    // Both of what was shown until now.
+    auto torn = faults ? torn_with(entry, *faults) : nullptr;
+    auto again = faults ? shown_again(entry, *faults) : nullptr;
+    latest.torn_with = std::move(torn);
+    latest.shown = std::move(again);
     if (latest.shown) faults->shown_sequence = latest.shown->sequence;
     latest.faults = faults ? std::make_shared<const fault::FrameFaults>(std::move(*faults)) : nullptr;
     const camera::CameraState before = std::exchange(latest.state, entry.camera.at(*snapshot));

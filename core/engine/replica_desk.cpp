@@ -24,8 +24,12 @@ void add_head(Digest& digest, const camera::PtzHead& head, TimeNs now_ns) {
         digest.add(name);
         add_position(position);
     }
-    for (const auto& [name, stops] : head.tours()) digest.add(name, stops.size());
+    for (const auto& [name, stops] : head.tours()) {
+        digest.add(name, stops.size());
+        for (const camera::PtzTourStop& stop : stops) digest.add(stop.preset, stop.dwell, stop.speed);
+    }
     digest.add(head.tour());
+    add_position(head.home());
 }
 
 /// All that decides what a camera shows, and with which numbers. `due_ns` and `sequence` are of its next frame.
@@ -44,7 +48,8 @@ std::uint64_t digest_of(CameraEntry& entry, const world::Snapshot& now, TimeNs d
     digest.add(state.pose.position, state.pose.orientation, optics.fx, optics.fy, optics.cx, optics.cy);
     if (const auto head = entry.camera.head()) add_head(digest, **head, now.world_ns);
     for (const fault::FaultRef& fault : entry.camera.faults().present(now.world_ns))
-        digest.add(fault->id, name_of(fault->kind), fault->begin_ns, fault->end_ns, fault->severity, fault->seed);
+        digest.add(fault->id, name_of(fault->kind), fault->begin_ns, fault->end_ns, fault->severity, fault->seed,
+                   fault::params_of(fault->kind).dump());
     return digest.value();
 }
 

@@ -154,8 +154,9 @@ void Requests::wait(Waiter waiter) {
     }
     const TimeNs now_ns = monotonic_now_ns();
     // Of a slow camera the next frame may take longer than that.
-    waiter.deadline_ns =
-        now_ns + std::max(frame_timeout_ns, 2 * rig_.schedule.stride(entry.id) * entry.spec().rate.time_of_frame(1));
+    waiter.timeout_ns =
+        std::max(frame_timeout_ns, 2 * rig_.schedule.stride(entry.id) * entry.spec().rate.time_of_frame(1));
+    waiter.deadline_ns = now_ns + waiter.timeout_ns;
     if (answer(waiter, now_ns)) return;
     if (waiting_.size() >= max_waiting)
         return waiter.fail({ErrorKind::resource_exhausted,
@@ -189,7 +190,8 @@ TimeNs Requests::next_turn_ns(TimeNs monotonic_ns) const {
 TimeNs Requests::wake_time_ns() const {
     TimeNs wake_ns = max_time_ns;
     for (const Waiter& waiter : waiting_) wake_ns = std::min(wake_ns, waiter.deadline_ns);
-    if (is_ready_ && drawing_.empty()) wake_ns = std::min(wake_ns, next_turn_ns(monotonic_now_ns()));
+    // What a lane is offered it takes when it has done what it is at, and says so.
+    if (is_ready_ && !is_offered_ && drawing_.empty()) wake_ns = std::min(wake_ns, next_turn_ns(monotonic_now_ns()));
     return wake_ns;
 }
 
@@ -225,7 +227,7 @@ bool Requests::answer(const Waiter& waiter, TimeNs monotonic_ns) const {
     if (there) {
         waiter.fail({ErrorKind::resource_exhausted,
                      "so many pictures are asked for that camera " + waiter.name + "'s was not drawn within " +
-                         std::to_string(frame_timeout_ns / ns_per_s) + " s; send slower, or read it as a stream"});
+                         std::to_string(waiter.timeout_ns / ns_per_s) + " s; send slower, or read it as a stream"});
     } else {
         waiter.fail({ErrorKind::unavailable,
                      "camera " + waiter.name + " has no frame at or after min_ns " + std::to_string(waiter.min_ns) +
@@ -247,7 +249,8 @@ void Requests::turn(TimeNs monotonic_ns) {
         is_ready_ = is_ready_ || is_to_be_drawn(waiter, rig_.cameras.at(waiter.camera));
         ++it;
     }
-    rig_.drawing->set_requests(is_ready_ && next_turn_ns(monotonic_ns) <= monotonic_ns);
+    is_offered_ = is_ready_ && next_turn_ns(monotonic_ns) <= monotonic_ns;
+    rig_.drawing->set_requests(is_offered_);
 }
 
 void Requests::colors_drawn(const CameraEntry& entry, std::span<const frame::FrameRef> frames) {
@@ -300,6 +303,7 @@ std::optional<DrawTask> Requests::next() {
                 continue;
             }
         }
+        is_offered_ = false;
         drawing_.splice(drawing_.end(), waiting_, waiter);
         return waiter->got_truth ? draw_truth(waiter, *entry, std::move(due)) : draw_picture(waiter, std::move(due));
     }

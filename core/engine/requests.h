@@ -41,7 +41,7 @@ private:
         std::optional<truth::GroundGrid> ground = {};                ///< beside truth
         std::function<void(Result<stream::MediaUnit>)> got_picture;  ///< one of the two
         std::function<void(Result<truth::TruthRef>)> got_truth;
-        TimeNs deadline_ns = 0;
+        TimeNs timeout_ns = 0, deadline_ns = 0;
 
         /// Whether it wants the colour picture of the camera's latest frame, which readers may want too.
         bool wants_color() const { return draws_color() && !picture.instant; }
@@ -74,6 +74,7 @@ private:
     CameraDesk& cameras_;
     Waiters waiting_, drawing_;
     bool is_ready_ = false;           ///< a request could be drawn now and waits for the lane only
+    bool is_offered_ = false;         ///< and the lane has been told
     TimeNs cost_ns_ = 8 * ns_per_ms;  ///< what a request took lately, on average
     TimeNs turn_ns_ = 0;              ///< time of the last turn()
     TimeNs from_ns_ = 0;              ///< until then the lane is for readers' frames (CLOCK_MONOTONIC)

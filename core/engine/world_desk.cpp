@@ -142,8 +142,12 @@ void WorldDesk::wait_events(Request<WaitEvents>& request) {
     collect();
     const WaitEvents& wait = request.command;
     if (last_event_ > wait.since || wait.timeout_ns == 0) return request.done(events_since(wait.since));
-    if (waits_.size() >= max_pending_waits)
-        return request.done(error(ErrorKind::resource_exhausted, "too many clients wait for events; ask again later"));
+    // Whoever waits longest may be gone; one who is not asks again.
+    if (waits_.size() >= max_pending_waits) {
+        const PendingWait oldest = std::move(waits_.front());
+        waits_.pop_front();
+        oldest.done(events_since(oldest.since));
+    }
     waits_.push_back({wait.since, monotonic_now_ns() + wait.timeout_ns, std::move(request.done)});
 }
 

@@ -49,9 +49,13 @@ Result<FaultRef> FaultPlan::set(const FaultSpec& spec, std::uint64_t id, std::ui
     if (fault.end_ns <= now_ns)
         return error(ErrorKind::invalid_argument,
                      "end_s: is past; world time is " + std::to_string(static_cast<double>(now_ns) * 1e-9) + " s");
-    if (faults_.size() >= max_faults)
-        return error(ErrorKind::resource_exhausted,
-                     "the camera has " + std::to_string(max_faults) + " faults; clear some (fault.clear)");
+    if (faults_.size() >= max_faults) {
+        const auto first_over = std::ranges::min_element(faults_, {}, [](const FaultRef& one) { return one->end_ns; });
+        if ((*first_over)->end_ns > now_ns)
+            return error(ErrorKind::resource_exhausted,
+                         "the camera has " + std::to_string(max_faults) + " faults; clear some (fault.clear)");
+        faults_.erase(first_over);
+    }
     FaultRef made = std::make_shared<const Fault>(std::move(fault));
     faults_.insert(std::ranges::upper_bound(faults_, order_of(made), {}, order_of), made);
     return made;

@@ -12,7 +12,8 @@ namespace camrig::client {
 /// Which frame, and how it travels.
 struct FrameRequest {
     std::string kind = "color";  ///< color, depth, instance, semantic, normal, sensor, flow or soiling
-    std::int64_t min_ns = 0;     ///< the first frame that shows this world time or a later one; waits up to 10 s for it
+    std::int64_t min_ns = 0;  ///< the first frame that shows this world time or a later one; waits up to 10 s for it,
+                              ///< or two frames of a slower camera
     std::string format = "raw";  ///< raw is exact, png too but for depth (whole mm, to 65.535 m); jpeg is color only
     int quality = 90;            ///< of jpeg, 1 to 100
 };

@@ -305,6 +305,16 @@ TEST_F(SteppedRigTest, WhileAStepIsDrawnTheEngineSleeps) {
     EXPECT_EQ(rig->wake_time_ns(), 0);
 }
 
+TEST_F(SteppedRigTest, WhileAPictureOnRequestWaitsForTheLaneTheEngineSleeps) {
+    lane->is_held = true;
+    step(ns_per_s);
+    rig->tick(monotonic_now_ns());
+    ASSERT_EQ(lane->tasks(), 1U);
+    rig->fetch({"a", frame::FrameKind::depth, 0, {}}, [](const Result<stream::MediaUnit>&) {});
+    rig->tick(monotonic_now_ns());
+    EXPECT_GT(rig->wake_time_ns(), monotonic_now_ns() + ns_per_s) << "the lane tells when it is free";
+}
+
 TEST_F(SteppedRigTest, WhatIsBeingDrawnOfAStepThatIsGivenUpStillGoesOut) {
     sinks.front()->keep_holds();
     lane->is_held = true;
@@ -324,6 +334,28 @@ TEST_F(SteppedRigTest, WhatIsBeingDrawnOfAStepThatIsGivenUpStillGoesOut) {
     ASSERT_TRUE(reply);
     EXPECT_FALSE(*reply);
     for (const auto& sink : sinks) EXPECT_TRUE(sink->wait_for_units(2));
+}
+
+TEST(CameraTable, APictureThatIsFrozenKeepsTheOtherPartThatItWasTornWith) {
+    CameraTable cameras;
+    world::CameraSpec spec;
+    spec.name = "lobby";
+    spec.size = {16, 16};
+    CameraEntry& entry = *cameras.add(spec).value();
+    const auto set = [&](fault::FaultKind kind, TimeNs begin_ns) {
+        ASSERT_TRUE(cameras.set_fault(entry, {.kind = std::move(kind), .begin_ns = begin_ns, .end_ns = {}}, 0, 0));
+    };
+    set(fault::Tearing{.share = 0.5}, 0);
+    set(fault::Freeze{}, 3 * ns_per_s);
+    const auto world = std::move(*world::World::create(std::make_shared<world::Scene>(), 1));
+    for (std::int64_t n = 0; n < 5; ++n) {
+        world->advance_to(n * ns_per_s);
+        cameras.show(entry, n, world->snapshot(n * ns_per_s), n * ns_per_s);
+    }
+    ASSERT_TRUE(entry.latest.shown) << "it is frozen";
+    EXPECT_EQ(entry.latest.shown->sequence, 3);
+    ASSERT_TRUE(entry.latest.shown->torn_with);
+    EXPECT_EQ(entry.latest.shown->torn_with->sequence, 2) << "and not itself";
 }
 
 TEST(CameraTable, WhatWasFoundForACamerasTruthsGoesWithIt) {

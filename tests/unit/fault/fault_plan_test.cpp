@@ -74,6 +74,15 @@ TEST(FaultPlan, RefusesWhatEndsBeforeItBeginsIsPastOrOneTooMany) {
         << "what is over makes room";
 }
 
+TEST(FaultPlan, WhatWasClearedMakesRoomAtOnceInAWorldThatStands) {
+    FaultPlan plan;
+    for (std::uint64_t id = 1; id <= 3 * FaultPlan::max_faults; ++id) {
+        ASSERT_TRUE(plan.set({.kind = Black{}, .begin_ns = {}, .end_ns = {}}, id, 0, 0)) << id;
+        ASSERT_EQ(plan.clear(0, [](const Fault&) { return true; }), 1u);
+    }
+    EXPECT_TRUE(plan.present(0).empty());
+}
+
 TEST(FaultPlan, ParametersAreWrittenAsTheyAreRead) {
     for (const auto& kind : fault_kinds()) {
         const nlohmann::json none = nlohmann::json::object();
