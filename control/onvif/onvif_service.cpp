@@ -41,8 +41,6 @@ Fault fault_of(const Error& why, const Operation& operation, const PtzCommand* o
             return sent(is_by_fov(order) ? "InvalidTranslation" : "InvalidPosition");
         case ErrorKind::already_exists:
             return sent("PresetExist");
-        case ErrorKind::unsupported:
-            return not_implemented("PTZNotSupported");
         default:
             return {false, "Action", "", why.message};
     }

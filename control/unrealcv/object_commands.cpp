@@ -232,7 +232,11 @@ asio::awaitable<Answer> spawn_stereo(Session& session, glm::dvec3 to) {
     auto left = co_await spawn_camera(session, to - glm::dvec3(0.0, half_eye_distance_cm, 0.0));
     if (!left) co_return left;
     auto right = co_await spawn_camera(session, to + glm::dvec3(0.0, half_eye_distance_cm, 0.0));
-    if (!right) co_return right;
+    if (!right) {
+        // Nobody has been told its name.
+        std::ignore = co_await session.ask(engine::DeleteCamera{std::string(left->bytes())});
+        co_return right;
+    }
     std::string names(left->bytes());
     co_return names.append(" ").append(right->bytes());
 }

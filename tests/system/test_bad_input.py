@@ -46,6 +46,14 @@ def test_damaged_glb_files_are_errors_that_name_the_file(rig, tmp_path):
     assert rig.status()["scene"] == "minimal"
 
 
+def test_a_file_of_cameras_that_replaces_says_what_is_taken(rig, tmp_path):
+    rig.create_camera("a", size=(64, 48), outputs=[{"kind": "device", "number": 40}])
+    (tmp_path / "b.json").write_text(json.dumps({"name": "b", "outputs": [{"kind": "device", "number": 40}]}))
+    done = subprocess.run([os.environ["CAMRIG_BIN"], "--control", rig.control, "camera", "create", "--file", str(tmp_path / "b.json"), "--replace"],
+                          capture_output=True, text=True, timeout=30)
+    assert done.returncode == 1 and "40" in done.stderr and "camera a" in done.stderr, done.stderr
+
+
 @pytest.mark.parametrize("change, place", [
     ({"colour": 1}, "colour"),
     ({"environment": {"background": [0, 0]}}, "environment.background"),

@@ -273,6 +273,9 @@ def test_programs_let_their_device_fail_by_vivids_controls(rig):
     (drop,) = rig.fault.list("desk")
     assert (drop["kind"], drop["severity"], drop["params"]["probability"]) == ("drop", 0.3, 1.0)
     assert "30" in control("-C", "percentage_of_dropped_buffers").stdout
+    rig.fault.clear("desk")
+    assert " 0" in control("-C", "percentage_of_dropped_buffers").stdout, "others end faults too"
+    assert control("-c", "percentage_of_dropped_buffers=20").returncode == 0
     assert control("-c", "percentage_of_dropped_buffers=0").returncode == 0
     assert rig.fault.list() == []
     assert control("-c", "inject_vidioc_qbuf_error=1").returncode == 0

@@ -128,6 +128,13 @@ def test_sun_and_sky_are_read_off_a_photo(tmp_path):
     assert again["lights"][0]["direction"] == pytest.approx(got["direction"])
 
 
+def test_the_light_of_a_photo_takes_the_place_of_daylight(tmp_path):
+    scene = tmp_path / "noon.json"
+    scene.write_text(json.dumps({"camrig_scene": 1, "name": "noon", "environment": {"daylight": {"azimuth_deg": 150, "elevation_deg": 40}}}))
+    plate("light", "--sun", "150,40", "--scene", scene)
+    subprocess.run([CAMRIG, "check", str(scene)], check=True, timeout=60)
+
+
 def test_noise_and_edges_are_read_off_a_photo(tmp_path):
     random = np.random.default_rng(3)
     soft = cv2.GaussianBlur(np.tile(np.where(np.arange(640) < 320, 60.0, 150.0), (480, 1))[..., None].repeat(3, 2), (0, 0), 0.8)
@@ -151,6 +158,8 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path):
     assert "points[0].mm" in plate("calibrate", tmp_path / "clicks.json", *size, good=False)
     (tmp_path / "clicks.json").write_text('{"points": [{"px": [1, 2], "m": [1, 2')
     assert "line 1" in plate("calibrate", tmp_path / "clicks.json", *size, good=False)
+    (tmp_path / "clicks.json").write_text('{"points": {}}')
+    assert "points: expected a list" in plate("calibrate", tmp_path / "clicks.json", *size, "--point", "1,2=3,4", good=False)
     assert "none.png" in plate("calibrate", "--photo", tmp_path / "none.png", good=False)
     assert "nothing is asked for" in plate("light", good=False)
     assert "--time: " in plate("light", "--time", "noon", "--place", "1,2", good=False)

@@ -238,6 +238,9 @@ def test_a_recording_says_what_is_wrong(rig, tmp_path):
     with pytest.raises(camrig.CamrigError) as caught:
         rig.record(tmp_path / "three", [cam], frames=0)
     assert caught.value.kind == "invalid_argument"
+    (tmp_path / "two" / "a" / "truth.jsonl").write_text('{"camera": "a"}\n')
+    other = subprocess.run([camrig.find_binary(), "record", str(tmp_path / "two"), "--repair"], capture_output=True, text=True)
+    assert other.returncode == 1 and "truth.jsonl: line 1 is no truth" in other.stderr
     empty = subprocess.run([camrig.find_binary(), "record", str(tmp_path), "--repair"], capture_output=True, text=True)
     assert empty.returncode == 1 and "no data set" in empty.stderr
 
@@ -324,6 +327,23 @@ def test_a_recording_that_is_told_to_end_completes_its_labels_and_the_world_runs
         assert recorder.returncode == 0 and said["frames"] == len(journal(folder / "a")) >= 3
         assert rig.status()["paused"] is False
     assert len(json.loads((folder / "coco.json").read_text())["images"]) == said["frames"]
+
+
+def test_a_recording_below_nohup_outlives_its_terminal(tmp_path, programs):
+    folder = tmp_path / "set"
+    with camrig.start(REPOSITORY / "scenes" / "minimal.json", mode="realtime") as rig:
+        rig.create_camera("a", size=(64, 48), fps=100)
+        recorder = programs(["nohup", camrig.find_binary(), "record", str(folder), "--cameras", "a", "--seconds", "1000000", "--control", rig.info()["control"]],
+                            stdout=subprocess.PIPE)
+        path = folder / "a" / "truth.jsonl"
+        frames = lambda: path.read_bytes().count(b"\n") if path.exists() else 0
+        wait_until(lambda: frames() >= 3, 60, "3 frames")
+        recorder.send_signal(signal.SIGHUP)
+        there = frames()
+        wait_until(lambda: frames() >= there + 10, 60, "ten more")
+        assert recorder.poll() is None
+        recorder.terminate()
+        assert recorder.wait(60) == 0
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")

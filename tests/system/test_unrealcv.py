@@ -227,6 +227,14 @@ def test_cameras_are_made_sized_and_destroyed(api, door):
     assert ask(api, "vget /camera/1/lit png") == "error Invalid sensor id"
 
 
+def test_two_eyes_are_made_or_none(api, door):
+    rig = door[0]
+    for number in range(len(rig.cameras()), 255):
+        rig.create_camera(f"filler_{number}", size=(16, 16))
+    assert ask(api, "vset /objects/spawn StereoCameraActor").startswith("error ")
+    assert len(rig.cameras()) == 255, "the first eye is gone again"
+
+
 def test_a_read_shows_the_connections_last_write_and_a_batch_is_one_instant(unrealcv, tmp_path):
     with camrig.start("minimal", mode="realtime", args=["--unrealcv", "0"]) as rig:
         port = rig.call("server.info")["unrealcv"]

@@ -41,11 +41,6 @@ std::optional<KnownCamera> CameraControls::known(std::string_view camera) const 
 }
 
 Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t id) {
-    if (is_error_control(id)) {
-        std::lock_guard lock(mutex_);
-        const auto dropped = dropped_percent_.find(camera);
-        return dropped == dropped_percent_.end() ? 0 : dropped->second;
-    }
     const CameraControl* const control = find_control(id);
     if (!control) return error(ErrorKind::not_found, "no such control");
     const auto found = known(camera);
@@ -55,6 +50,13 @@ Result<std::int32_t> CameraControls::get(std::string_view camera, std::uint32_t 
 }
 
 void CameraControls::ask(std::string_view camera, std::uint32_t id, std::function<void(Result<std::int32_t>)> done) {
+    // Faults come and go by other commands, and by themselves.
+    if (is_error_control(id))
+        return commands_.post(engine::Request<engine::GetCamera>{
+            {std::string(camera)}, [id, done = std::move(done)](const Result<engine::CameraReply>& report) {
+                if (!report) return done(std::unexpected(report.error()));
+                done(error_value(id, report->camera.faults().present(report->now.world_ns)));
+            }});
     const CameraControl* const control = find_control(id);
     const auto found = known(camera);
     if (!control || !control->at || !found || !head_of(*found)) return done(get(camera, id));
@@ -121,9 +123,6 @@ void CameraControls::set_errors(const std::string& camera, std::span<const devic
     for (const auto& [id, value] : values) {
         if (!is_error_control(id)) return done(error(ErrorKind::invalid_argument, "give these controls alone"));
         settings.push_back(error_setting(id, value));
-        if (settings.back().is_button) continue;
-        std::lock_guard lock(mutex_);
-        dropped_percent_[camera] = value;
     }
     // A button's fault has an end, which is told in world time.
     commands_.post(engine::Request<engine::GetCamera>{
@@ -161,7 +160,6 @@ void CameraControls::refresh(const std::string& camera) {
 void CameraControls::forget(const std::string& camera) {
     std::lock_guard lock(mutex_);
     known_.erase(camera);
-    dropped_percent_.erase(camera);
 }
 
 void CameraControls::told(const engine::CameraReply& report) {

@@ -57,7 +57,6 @@ private:
     mutable std::mutex mutex_;  ///< guards what follows
     Changed changed_;
     std::map<std::string, KnownCamera, std::less<>> known_;
-    std::map<std::string, std::int32_t, std::less<>> dropped_percent_;  ///< as it was set last
     /// Controls that programs are setting: who sets one hears nothing of it from here, others from the device server.
     std::map<std::string, std::multiset<std::uint32_t>> being_set_;
 };

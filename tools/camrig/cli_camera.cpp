@@ -70,7 +70,9 @@ std::string long_text(const json& camera) {
 Result<json> create_or_set(client::RpcClient& client, const json& camera, bool replaces) {
     auto made = client.call("camera.create", camera);
     if (made || !replaces || made.error().kind != ErrorKind::already_exists) return made;
-    return client.call("camera.set", camera);
+    auto set = client.call("camera.set", camera);
+    // Not the name is taken, but what the camera wants: a device's number, a port.
+    return !set && set.error().kind == ErrorKind::not_found ? made : set;
 }
 
 /// `name`, if given, is for the only camera of the file.

@@ -54,7 +54,12 @@ Result<json> CliContext::call(std::string_view method, const nlohmann::json& par
 }
 
 int CliContext::fail(const Error& why) const {
-    err << "camrig: " << one_line(why.message) << std::endl;
+    using nlohmann::json;
+    const json told{{"error", {{"kind", to_string(why.kind)}, {"message", why.message}}}};
+    if (this->json)
+        err << told.dump(-1, ' ', false, json::error_handler_t::replace) << std::endl;
+    else
+        err << "camrig: " << one_line(why.message) << std::endl;
     return exit_failed;
 }
 

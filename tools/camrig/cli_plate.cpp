@@ -58,6 +58,9 @@ Result<json> clicks_of(const CalibrateOptions& options) {
         all = std::move(*read);
         if (!all.is_object())
             return error(ErrorKind::invalid_argument, options.clicks.string() + ": expected an object");
+        for (const char* list : {"points", "heights", "lines"})
+            if (all.contains(list) && !all[list].is_array())
+                return error(ErrorKind::invalid_argument, options.clicks.string() + ": " + list + ": expected a list");
     }
     for (const std::string& each : options.points) {
         auto parts = parse_click("--point", each, 1);
@@ -90,6 +93,7 @@ Result<json> clicks_of(const CalibrateOptions& options) {
 void put_camera(OrderedJson& entry, const json& found, const photo::PlateView& view, ImageSize size,
                 const CalibrateOptions& options) {
     for (const char* key : {"vfov_deg", "hfov_deg", "intrinsics", "lens"}) entry.erase(key);
+    if (entry.contains("backdrop") && entry["backdrop"].is_null()) entry.erase("backdrop");
     if (entry.contains("backdrop")) entry["backdrop"].erase("intrinsics");
     for (const auto& [key, value] : found.items())
         if (key != "size" || !entry.contains("size")) entry[key] = value;

@@ -176,7 +176,9 @@ Result<void> write_scene(const LightOptions& options, const json& found) {
             if (each.value("type", "") != "directional") lights.push_back(each);
         lights.push_back(OrderedJson(found["lights"][0]));
         (*scene)["lights"] = std::move(lights);
-        (*scene)["environment"]["ambient"] = found["environment"]["ambient"];
+        OrderedJson& environment = (*scene)["environment"];
+        environment["ambient"] = found["environment"]["ambient"];
+        environment.erase("daylight");  // which makes sun and ambient itself
     }
     if (found.contains("backdrop")) {
         const auto camera = camera_of(*scene, options.name, false);

@@ -48,7 +48,8 @@ struct RecordOptions {
 
 volatile std::sig_atomic_t stop_asked = 0;
 
-/// While it lives, Ctrl-C, `kill` and a terminal that goes end the recording after the frame in work, in order.
+/// While it lives, Ctrl-C, `kill` and a terminal that goes (but below nohup) end the recording after the frame in work,
+/// in order.
 class StopSignals {
 public:
     StopSignals() {
@@ -56,7 +57,10 @@ public:
         struct sigaction stop{};
         stop.sa_handler = [](int) { stop_asked = 1; };
         stop.sa_flags = SA_RESTART;
-        for (std::size_t i = 0; i < numbers.size(); ++i) ::sigaction(numbers[i], &stop, &before_[i]);
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            ::sigaction(numbers[i], &stop, &before_[i]);
+            if (numbers[i] == SIGHUP && before_[i].sa_handler == SIG_IGN) ::sigaction(SIGHUP, &before_[i], nullptr);
+        }
     }
     ~StopSignals() {
         for (std::size_t i = 0; i < numbers.size(); ++i) ::sigaction(numbers[i], &before_[i], nullptr);

@@ -92,7 +92,7 @@ void CommandHistory::undo() {
     if (writer_) writer_->leave_as_found();
 }
 
-std::function<control::LogPlace()> CommandHistory::log() const {
+std::function<Result<control::LogPlace>()> CommandHistory::log() const {
     if (!writer_) return {};
     return [writer = writer_] { return writer->place(); };
 }

@@ -22,7 +22,7 @@ public:
     /// The rig is not to serve after all: the log is as if it had not been begun.
     void undo();
     /// Empty: there is no log.
-    std::function<control::LogPlace()> log() const;
+    std::function<Result<control::LogPlace>()> log() const;
 
 private:
     std::optional<control::ReadCommandLog> before_;

@@ -1,6 +1,7 @@
 #include "tools/camrig/error_controls.h"
 
-#include <algorithm>
+#include <cmath>
+#include <variant>
 
 #include <linux/videodev2.h>
 
@@ -74,6 +75,15 @@ ErrorSetting error_setting(std::uint32_t id, std::int32_t value) {
         default:
             return pressed(DeviceError{.at = DeviceCall::streaming});
     }
+}
+
+std::int32_t error_value(std::uint32_t id, std::span<const fault::FaultRef> faults) {
+    if (id != percentage_dropped) return 0;
+    double kept = 1.0;
+    for (const fault::FaultRef& fault : faults)
+        if (const auto* const drop = std::get_if<fault::Drop>(&fault->kind))
+            kept *= 1.0 - drop->probability * fault->severity;
+    return static_cast<std::int32_t>(std::lround(100.0 * (1.0 - kept)));
 }
 
 }  // namespace camrig::cli

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -26,5 +27,8 @@ struct ErrorSetting {
     bool is_button = true;                  ///< it lasts pressed_ns; otherwise until it is set anew
 };
 ErrorSetting error_setting(std::uint32_t id, std::int32_t value);
+
+/// The value that a control has while these faults act: a button's is 0.
+std::int32_t error_value(std::uint32_t id, std::span<const fault::FaultRef> faults);
 
 }  // namespace camrig::cli

@@ -34,6 +34,16 @@ std::vector<CommandKeyFile> write_key_files(const std::string& key, const http::
     return files;
 }
 
+/// UnrealCV's protocol knows no passwords.
+std::string unrealcv_host(const ServeOptions& options) {
+    return is_loopback_address(options.host) ? options.host : "127.0.0.1";
+}
+
+/// As it stands in a URL: an address of IPv6 goes into brackets.
+std::string in_url(const std::string& host) {
+    return host.contains(':') ? "[" + host + "]" : host;
+}
+
 /// Null: it is not wanted.
 Result<std::unique_ptr<unrealcv::UnrealCvServer>> make_unrealcv(const ServeOptions& options, const std::string& scene,
                                                                 engine::Engine& engine) {
@@ -43,7 +53,7 @@ Result<std::unique_ptr<unrealcv::UnrealCvServer>> make_unrealcv(const ServeOptio
                      "--unrealcv: its clients command, and this rig was started with --read-only");
     return unrealcv::UnrealCvServer::create(
         engine, engine,
-        {.host = is_loopback_address(options.host) ? options.host : "127.0.0.1",
+        {.host = unrealcv_host(options),
          .port = *options.unrealcv_port,
          .name = scene,
          .folder = options.unrealcv_folder,
@@ -79,7 +89,7 @@ rtsp::RtspOptions rtsp_options(const ServeOptions& options, const std::string& t
 }  // namespace
 
 RigServers::RigServers(const ServeOptions& options, RigInputs& inputs, RunningRig& rig,
-                       std::function<control::LogPlace()> log)
+                       std::function<Result<control::LogPlace>()> log)
     : options_(options),
       inputs_(inputs),
       rig_(rig),
@@ -175,8 +185,7 @@ Result<void> RigServers::open_unrealcv() {
 void RigServers::print_addresses() const {
     const std::string renderer = rig_.engine->renderer_description();
     std::printf("camrig %s  %s\n  control  %s\n", version, renderer.c_str(), options_.control.c_str());
-    // As it stands in a URL: an address of IPv6 goes into brackets.
-    const std::string address = options_.host.contains(':') ? "[" + options_.host + "]" : options_.host;
+    const std::string address = in_url(options_.host);
     const char* const host = address.c_str();
     if (options_.tcp_port) std::printf("  control  %s:%u\n", host, control_->tcp_port());
     // As a fragment the key stays in the browser: it is neither sent nor logged when the page is asked for.
@@ -192,7 +201,7 @@ void RigServers::print_addresses() const {
                             options_of<onvif::OnvifOutput>(output).port);
     }
     if (onvif_port_ != 0) std::printf("  onvif    http://%s:%u/onvif/device_service\n", host, onvif_port_);
-    if (unrealcv_) std::printf("  unrealcv 127.0.0.1:%u\n", unrealcv_->port());
+    if (unrealcv_) std::printf("  unrealcv %s:%u\n", in_url(unrealcv_host(options_)).c_str(), unrealcv_->port());
     std::fflush(stdout);
 }
 

@@ -24,7 +24,8 @@ namespace camrig::cli {
 class RigServers {
 public:
     /// `options`, `inputs` and `rig` outlive it. The users of `inputs` are taken. log: as RpcContext::log.
-    RigServers(const ServeOptions& options, RigInputs& inputs, RunningRig& rig, std::function<control::LogPlace()> log);
+    RigServers(const ServeOptions& options, RigInputs& inputs, RunningRig& rig,
+               std::function<Result<control::LogPlace>()> log);
     /// After an error some may be open.
     Result<void> open();
 

@@ -242,6 +242,10 @@ TEST_F(Cli, FilesOfCamerasAreOneAListOrAnObject) {
         json_of({"camera", "create", "--file", file(R"([{"name":"a","fps":5},{"name":"f"}])"), "--replace"});
     EXPECT_EQ(changed["cameras"].size(), 2u);
     EXPECT_EQ(json_of({"camera", "get", "a"})["fps"], 5);
+    const Outcome none = at_rig({"camera", "get", "nobody", "--json"});
+    EXPECT_EQ(none.code, 1);
+    EXPECT_EQ(json::parse(none.err)["error"]["kind"], "not_found");
+    EXPECT_THAT(json::parse(none.err)["error"]["message"].get<std::string>(), HasSubstr("nobody"));
     EXPECT_EQ(at_rig({"camera", "create", "--file", file("{")}).code, 1);
     EXPECT_THAT(at_rig({"camera", "create", "--file", file("7")}).err, HasSubstr("must be a camera"));
     EXPECT_THAT(at_rig({"camera", "create", "--file", (folder / "none").string()}).err, HasSubstr("cannot be read"));

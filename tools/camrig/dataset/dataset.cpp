@@ -79,7 +79,12 @@ Result<Journal> read_journal(const fs::path& file, Each&& each) {
         if (truth.is_discarded()) break;
         ++whole.frames;
         whole.bytes += static_cast<std::int64_t>(line.size()) + 1;
-        if (Result<void> done = each(truth, whole.frames); !done) return std::unexpected(done.error());
+        try {
+            if (Result<void> done = each(truth, whole.frames); !done) return std::unexpected(done.error());
+        } catch (const json::exception& problem) {
+            return error(ErrorKind::invalid_argument, file.string() + ": line " + std::to_string(whole.frames) +
+                                                          " is no truth that this camrig records: " + problem.what());
+        }
     }
     return whole;
 }
