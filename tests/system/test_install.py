@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import re
 import select
 import subprocess
 import sys
@@ -52,7 +53,7 @@ def test_an_installed_camrig_finds_its_device_library(rig, installed):
 
 
 def test_everything_that_a_user_needs_is_installed(installed):
-    for path in ("share/camrig/scenes/hall.json", "share/camrig/scenes/schema.json", "share/doc/camrig/streams.md", "share/doc/camrig/copyright",
+    for path in ("share/camrig/scenes/hall.json", "share/camrig/scenes/schema.json", "share/doc/camrig/docs/streams.md", "share/doc/camrig/copyright",
                  "share/man/man1/camrig.1.gz", "share/man/man1/camrig-camera.1.gz", "share/bash-completion/completions/camrig",
                  "share/zsh/vendor-completions/_camrig", "share/fish/vendor_completions.d/camrig.fish", "lib/systemd/system/camrig.service",
                  "lib/python3/dist-packages/camrig/pytest_plugin.py", "lib/python3/dist-packages/camrig/ros2/__main__.py",
@@ -68,6 +69,14 @@ def test_everything_that_a_user_needs_is_installed(installed):
     where = run(sys.executable, "-c", "import camrig; print(camrig.__file__)", cwd="/",
                 env=dict(environment, PYTHONPATH=str(installed / "lib/python3/dist-packages")))
     assert where.startswith(str(installed))
+
+
+def test_links_of_the_installed_documents_lead_somewhere(installed):
+    root = installed / "share" / "doc" / "camrig"
+    pages = [root / "README.md", *root.glob("docs/**/*.md"), root / "control" / "python" / "README.md"]
+    links = [(page, link) for page in pages for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text()) if "://" not in link]
+    assert len(links) > 300
+    assert [(page.name, link) for page, link in links if not (page.parent / link).exists()] == []
 
 
 def test_the_wheel_goes_into_a_fresh_environment_with_its_pytest_plugin(installed, tmp_path):

@@ -100,7 +100,8 @@ def overload(plan: Plan) -> str:
                      runs.unreported(streams, reading), f"{world_s / reading.wall_s:.2f}", f"{percentile(latencies, 0.99):.0f} ms",
                      f"{percentile(answers, 0.99):.0f} / {max(answers):.0f} ms"])
     return ("## Overload: 40 cameras 640x480 at 25\n\n"
-            + table(["policy", "frames/s", "frames per camera, min .. max", "dropped", "unreported", "world seconds a second", "latency p99", "control answers p99 / max"], rows))
+            + table(["policy", "frames/s", "frames per camera, min .. max", "dropped", "unreported", "world seconds a second", "latency p99", "control answers p99 / max"], rows)
+            + "\n\nUnreported: frames that a reader never got and nobody counted as dropped; less than 0: counted as dropped, though it got them.")
 
 
 def machine_limits(plan: Plan) -> str:
