@@ -166,7 +166,7 @@ void DeviceHost::receive(const SessionRef& session, std::span<const std::byte> m
 void DeviceHost::tick(TimeNs monotonic_ns) {
     thread_.check();
     rings_.tick(monotonic_ns);
-    std::vector<SessionRef> given_up;  // also by an answer or an event since
+    std::vector<SessionRef> given_up;  // also since their last request, by an answer or an event
     for (const SessionRef& session : sessions_) {
         session->send_waiting();
         if (session->dead) given_up.push_back(session);
