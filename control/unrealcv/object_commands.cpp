@@ -233,8 +233,10 @@ asio::awaitable<Answer> spawn_stereo(Session& session, glm::dvec3 to) {
     if (!left) co_return left;
     auto right = co_await spawn_camera(session, to + glm::dvec3(0.0, half_eye_distance_cm, 0.0));
     if (!right) {
-        // Nobody has been told its name.
-        std::ignore = co_await session.ask(engine::DeleteCamera{std::string(left->bytes())});
+        // Nobody has been told its name. The command has one here: of a temporary in a co_await GCC 12 frees the string
+        // twice.
+        engine::DeleteCamera command{std::string(left->bytes())};
+        std::ignore = co_await session.ask(std::move(command));
         co_return right;
     }
     std::string names(left->bytes());

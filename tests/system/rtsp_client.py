@@ -103,6 +103,14 @@ def stop(*readers):
 HELD_UP_S = 0.45
 
 
+def let_the_asked_key_come() -> None:
+    """Who joins asks for a key picture, which is the first that is new when the last one is half a second old (video_encoder.cpp): the next one, from here on.
+
+    Otherwise it comes in the middle of a test that takes so long, and not on two streams at the same picture.
+    """
+    time.sleep(0.6)
+
+
 def longest_hold(moments) -> float:
     """The longest time without a new picture, if a step began at each of them."""
     return max((end - begin for begin, end in zip(moments, moments[2:])), default=0.0)  # one picture may come at the begin of its step, the next at the end

@@ -15,7 +15,7 @@ import urllib.request
 import camrig
 from conftest import wait_until
 from fault_books import check_books
-from rtsp_client import longest_hold, rtsp_times
+from rtsp_client import let_the_asked_key_come, longest_hold, rtsp_times
 from test_fault_devices import under_exec
 from test_faults import RtpPackets
 
@@ -171,7 +171,8 @@ def one_run_of_packets(scenes, fail):
             thread.start()
             readers[kind] = packets, thread
             wait_until(lambda: shown[kind], what="what the camera shows before the first step")  # key pictures count from it on
-            moments[:] = [time.monotonic()]
+        let_the_asked_key_come()
+        moments[:] = [time.monotonic()]
         damage = []
         for step in range(STEPS):
             if step == BEGIN and fail:

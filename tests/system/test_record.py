@@ -319,7 +319,8 @@ def test_a_recording_that_is_told_to_end_completes_its_labels_and_the_world_runs
     with camrig.start(REPOSITORY / "scenes" / "minimal.json", mode="realtime") as rig:
         rig.create_camera("a", size=(64, 48), fps=100)
         recorder = programs([camrig.find_binary(), "record", str(folder), "--cameras", "a", "--seconds", "1000000", "--json",
-                             "--control", rig.info()["control"]], stdout=subprocess.PIPE)
+                             "--control", rig.info()["control"]], stdout=subprocess.PIPE,
+                            preexec_fn=lambda: signal.signal(stop, signal.SIG_DFL))  # these tests may run below nohup
         path = folder / "a" / "truth.jsonl"
         wait_until(lambda: recorder.poll() is not None or (path.exists() and path.read_bytes().count(b"\n") >= 3), 60, "3 frames")
         recorder.send_signal(stop)
