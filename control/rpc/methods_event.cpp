@@ -79,9 +79,8 @@ std::vector<Method> event_methods(RpcContext& context) {
          .summary =
              "The events that have fired after number `since`, oldest first; waits for one when there is none. Begin "
              "with 0 and go on with `last`. Requests on one connection are answered in order, so who waits long "
-             "takes a connection of its own. The rig keeps the newest 1024, and lets 256 clients wait: with one more "
-             "the "
-             "wait that is longest ends, with an empty list.",
+             "takes a connection of its own. The rig keeps the newest 1024, and lets 256 clients wait: with one "
+             "more the wait that is longest ends, with an empty list, if it is a second old.",
          .params = descriptions_of(wait),
          .result = {{.name = "events",
                      .type = "array of objects",

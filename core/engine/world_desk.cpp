@@ -12,6 +12,8 @@ namespace {
 
 constexpr std::size_t max_event_log = 1024;
 constexpr std::size_t max_pending_waits = 256;
+/// So long a wait is its client's own: clients too many that all ask again at once would keep each other busy.
+constexpr TimeNs least_wait_ns = ns_per_s;
 /// For so long the world makes steps before commands have their turn; one step may take longer.
 constexpr TimeNs steps_turn_ns = 5 * ns_per_ms;
 
@@ -142,13 +144,17 @@ void WorldDesk::wait_events(Request<WaitEvents>& request) {
     collect();
     const WaitEvents& wait = request.command;
     if (last_event_ > wait.since || wait.timeout_ns == 0) return request.done(events_since(wait.since));
+    const TimeNs now_ns = monotonic_now_ns();
     // Whoever waits longest may be gone; one who is not asks again.
     if (waits_.size() >= max_pending_waits) {
+        if (now_ns < waits_.front().asked_ns + least_wait_ns)
+            return request.done(
+                error(ErrorKind::resource_exhausted, "too many clients wait for events; ask again later"));
         const PendingWait oldest = std::move(waits_.front());
         waits_.pop_front();
         oldest.done(events_since(oldest.since));
     }
-    waits_.push_back({wait.since, monotonic_now_ns() + wait.timeout_ns, std::move(request.done)});
+    waits_.push_back({wait.since, now_ns, now_ns + wait.timeout_ns, std::move(request.done)});
 }
 
 EventLog WorldDesk::events_since(std::uint64_t since) const {

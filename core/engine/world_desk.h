@@ -59,7 +59,7 @@ private:
 
     struct PendingWait {
         std::uint64_t since = 0;
-        TimeNs deadline_ns = 0;
+        TimeNs asked_ns = 0, deadline_ns = 0;
         std::function<void(Result<EventLog>)> done;
     };
 

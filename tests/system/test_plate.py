@@ -130,7 +130,8 @@ def test_sun_and_sky_are_read_off_a_photo(tmp_path):
 
 def test_the_light_of_a_photo_takes_the_place_of_daylight(tmp_path):
     scene = tmp_path / "noon.json"
-    scene.write_text(json.dumps({"camrig_scene": 1, "name": "noon", "environment": {"daylight": {"azimuth_deg": 150, "elevation_deg": 40}}}))
+    scene.write_text(json.dumps({"camrig_scene": 1, "name": "noon", "environment": {"daylight": {"azimuth_deg": 150, "elevation_deg": 40}},
+                                 "lights": [{"name": "lamp", "type": "point", "position": [0, 0, 3], "candela": 800}]}))
     plate("light", "--sun", "150,40", "--scene", scene)
     subprocess.run([CAMRIG, "check", str(scene)], check=True, timeout=60)
 

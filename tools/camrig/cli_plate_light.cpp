@@ -9,6 +9,7 @@
 #include "core/photo/plate_json.h"
 #include "core/photo/plate_light.h"
 #include "core/photo/shadow_sun.h"
+#include "core/world/daylit.h"
 #include "tools/camrig/cli_plate.h"
 #include "tools/camrig/photo_file.h"
 #include "tools/camrig/scene_edit.h"
@@ -178,7 +179,8 @@ Result<void> write_scene(const LightOptions& options, const json& found) {
         (*scene)["lights"] = std::move(lights);
         OrderedJson& environment = (*scene)["environment"];
         environment["ambient"] = found["environment"]["ambient"];
-        environment.erase("daylight");  // which makes sun and ambient itself
+        // Daylight makes sun and ambient itself; lamps in candela count by its lux.
+        if (environment.erase("daylight") > 0 && !environment.contains("lux")) environment["lux"] = world::daylight_lux;
     }
     if (found.contains("backdrop")) {
         const auto camera = camera_of(*scene, options.name, false);

@@ -58,8 +58,8 @@ public:
         stop.sa_handler = [](int) { stop_asked = 1; };
         stop.sa_flags = SA_RESTART;
         for (std::size_t i = 0; i < numbers.size(); ++i) {
-            ::sigaction(numbers[i], &stop, &before_[i]);
-            if (numbers[i] == SIGHUP && before_[i].sa_handler == SIG_IGN) ::sigaction(SIGHUP, &before_[i], nullptr);
+            ::sigaction(numbers[i], nullptr, &before_[i]);
+            if (numbers[i] != SIGHUP || before_[i].sa_handler != SIG_IGN) ::sigaction(numbers[i], &stop, nullptr);
         }
     }
     ~StopSignals() {
