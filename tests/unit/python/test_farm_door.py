@@ -10,10 +10,11 @@ import pytest
 
 from camrig.errors import CamrigError
 from camrig.farm.live import budget as budget_module
-from camrig.farm.live import socket_door, wrong_tokens
+from camrig.farm.live import socket_door, wires, wrong_tokens
 from camrig.farm.live.budget import PIECE_BYTES, Budget, Claim, read_exactly, read_line
-from camrig.farm.live.door import Client, Door, text_of
+from camrig.farm.live.door import Client, Door
 from camrig.farm.live.log import Subjects
+from camrig.farm.live.wire import line_of
 from camrig.farm.live.wrong_tokens import WrongTokens
 
 MIB = 1 << 20
@@ -76,7 +77,7 @@ class FakeDoor:
             size = json.loads(line)["params"]["size"]
             client.claim.grow(size)
         except CamrigError as problem:
-            return text_of({"error": problem.kind})
+            return line_of({"error": problem.kind})
         return b"x" * (size - 1) + b"\n"
 
 
@@ -89,7 +90,7 @@ async def sockets(tmp_path):
 
 
 def asking(size):
-    return text_of({"method": "x", "params": {"size": size}})
+    return line_of({"method": "x", "params": {"size": size}})
 
 
 async def wait_until(condition):
@@ -164,7 +165,7 @@ def test_a_wrong_token_is_answered_late_counted_and_told(tmp_path, capsys, monke
         return json.loads(line) if line else None, asyncio.get_running_loop().time() - began, reader, writer
 
     def auth(token):
-        return text_of({"jsonrpc": "2.0", "id": 7, "method": "auth", "params": {"token": token}})
+        return line_of({"jsonrpc": "2.0", "id": 7, "method": "auth", "params": {"token": token}})
 
     async def run():
         async with sockets(tmp_path) as (door, _, port):
@@ -186,7 +187,7 @@ def test_a_wrong_token_is_answered_late_counted_and_told(tmp_path, capsys, monke
 
 @pytest.mark.parametrize("token, said", [("fedcba9876543210", "this is not the token"), (None, "node far: its rig on 127.0.0.1 asks for the farm's token; give --token-file")])
 def test_a_nodes_rig_that_refuses_the_doors_token_is_no_dead_node(tmp_path, token, said):
-    refusal = text_of({"jsonrpc": "2.0", "id": 0, "error": {"code": -32000, "message": "this is not the token", "data": {"kind": "unauthorized"}}})
+    refusal = line_of({"jsonrpc": "2.0", "id": 0, "error": {"code": -32000, "message": "this is not the token", "data": {"kind": "unauthorized"}}})
 
     async def refuse(reader, writer):
         await reader.readline()
@@ -202,7 +203,7 @@ def test_a_nodes_rig_that_refuses_the_doors_token_is_no_dead_node(tmp_path, toke
         client = Client(Claim(door.budget))
 
         async def asked(method):
-            return json.loads(await door.answer(text_of({"jsonrpc": "2.0", "id": 1, "method": method, "params": {}}), client))["error"]
+            return json.loads(await door.answer(line_of({"jsonrpc": "2.0", "id": 1, "method": method, "params": {}}), client))["error"]
 
         for _ in range(2):
             wrong = await asked("camera.list")
@@ -212,6 +213,151 @@ def test_a_nodes_rig_that_refuses_the_doors_token_is_no_dead_node(tmp_path, toke
         gone = await asked("camera.list")
         assert gone["data"]["kind"] == "unavailable" and "no node of this farm is there" in gone["message"]
         server.close()
+
+    asyncio.run(run())
+
+
+def nested(levels):
+    return "[" * levels + "]" * levels
+
+
+@pytest.mark.parametrize("value, is_taken", [
+    ('"\\ud83d\\ude00 \\u0000"', True), ('"\\ud800"', False), ('{"\\udfff": 1}', False), ('[["a", "\\ude00\\ud83d"]]', False),
+    ("1" + 308 * "0", True), ("-1" + 309 * "0", False), ("1e308", True), ("1e309", False), ("-1e309", False), ("[NaN]", False), ("Infinity", False),
+    (nested(61), True), (nested(62), False), (nested(100_000), False),
+])
+@pytest.mark.parametrize("method", ["camera.set", "camera.get"])
+def test_what_no_rig_reads_is_refused_before_it_stands_beside_others_commands(value, is_taken, method):
+    """A rig refuses a line as a whole, and with it all others' commands on it."""
+    async def run():
+        door, came = Door(None, Subjects("t")), []
+        door._writes = {"camera.set"}
+
+        async def take(*_):
+            came.append(True)
+            return {"result": {}}
+
+        door._command = door._look = take
+        line = b'{"jsonrpc":"2.0","id":7,"method":"%s","params":{"name":%s}}\n' % (method.encode(), value.encode())
+        for text in (line, b"[" + line + b"]"):
+            came.clear()
+            reply = json.loads(await door.answer(text, Client(Claim(door.budget))))
+            reply = reply[0] if isinstance(reply, list) else reply
+            assert came == [True] * is_taken
+            assert is_taken or reply["error"]["data"]["kind"] == "invalid_argument" and reply["id"] is None
+
+    asyncio.run(run())
+
+
+@contextlib.asynccontextmanager
+async def node_of(tmp_path, rig):
+    """A door to one node, and what asks it as a client. ``rig`` serves one connection."""
+    tasks = set()
+
+    async def serve(reader, writer):
+        tasks.add(asyncio.current_task())
+        await rig(reader, writer)
+        writer.close()
+
+    server = await asyncio.start_unix_server(serve, str(tmp_path / "rig.sock"))
+    door = Door(None, Subjects("t"))
+    door._writes = {"camera.create"}
+    door._nodes.hear({"node": "a", "life": "1", "at": time.monotonic(), "control": str(tmp_path / "rig.sock")})
+    door.forget = lambda node: pytest.fail("the node lives")
+
+    async def look(client=None):
+        return json.loads(await door.answer(b'{"jsonrpc":"2.0","id":7,"method":"camera.list","params":{}}', client or Client(Claim(door.budget))))
+
+    yield look
+    server.close()
+    for task in tasks:
+        task.cancel()
+
+
+def test_a_rig_has_few_connections_however_many_clients_a_door_has(tmp_path):
+    """It takes 64, and would close one of its own node's for the next."""
+    opened = [0, 0]
+
+    async def rig(reader, writer):
+        opened[0] += 1
+        opened[1] += 1
+        while line := await reader.readline():
+            await asyncio.sleep(0.05)
+            writer.write(line_of({"jsonrpc": "2.0", "id": json.loads(line)["id"], "result": {"cameras": []}}))
+        opened[0] -= 1
+
+    async def run():
+        async with node_of(tmp_path, rig) as look:
+            answers = await asyncio.gather(*(look() for _ in range(150)))
+            assert answers == [{"jsonrpc": "2.0", "id": 7, "result": {"cameras": []}}] * 150
+            assert 10 < opened[0] == opened[1] <= 50
+
+    asyncio.run(run())
+
+
+def test_a_rig_that_has_closed_an_idle_connection_is_asked_on_another(tmp_path):
+    async def rig(reader, writer):
+        line = await reader.readline()
+        writer.write(line_of({"jsonrpc": "2.0", "id": json.loads(line)["id"], "result": {}}))
+
+    async def run():
+        async with node_of(tmp_path, rig) as look:
+            client = Client(Claim(Budget()))
+            for _ in range(3):
+                assert (await look(client))["result"] == {}
+
+    asyncio.run(run())
+
+
+def test_a_rig_that_takes_no_more_connections_is_not_dead(tmp_path):
+    async def rig(reader, writer):
+        writer.write(b'{"error":{"code":-32000,"data":{"kind":"resource_exhausted"},"message":"close one"},"id":null,"jsonrpc":"2.0"}\n')
+
+    async def run():
+        async with node_of(tmp_path, rig) as look:
+            reply = await look()
+            assert reply["id"] == 7 and reply["error"]["data"]["kind"] == "resource_exhausted"
+
+    asyncio.run(run())
+
+
+def test_who_waits_too_long_for_others_answers_is_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(wires, "_MOST", 1)
+    monkeypatch.setattr(wires, "_WAIT_S", 0.05)
+    answered = asyncio.Event()
+
+    async def rig(reader, writer):
+        while line := await reader.readline():
+            await answered.wait()
+            writer.write(line_of({"jsonrpc": "2.0", "id": json.loads(line)["id"], "result": {}}))
+
+    async def run():
+        async with node_of(tmp_path, rig) as look:
+            first = asyncio.ensure_future(look())
+            await asyncio.sleep(0)
+            assert (await look())["error"]["data"]["kind"] == "resource_exhausted"
+            gone = asyncio.ensure_future(look())
+            await asyncio.sleep(0)
+            gone.cancel()
+            answered.set()
+            assert (await first)["result"] == {} and (await look())["result"] == {}
+
+    asyncio.run(run())
+
+
+def test_a_status_for_which_the_last_node_dies_is_unavailable():
+    async def run():
+        door = Door(None, Subjects("t"))
+        door._nodes.hear({"node": "a", "life": "1", "at": time.monotonic()})
+
+        async def last_answer(method):
+            door.forget("a")
+            return {"cameras": [{"name": "gate"}]}
+
+        door._once = last_answer
+        with pytest.raises(CamrigError) as gone:
+            await door.call("farm.status")
+        assert gone.value.kind == "unavailable"
 
     asyncio.run(run())
 

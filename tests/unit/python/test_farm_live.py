@@ -17,15 +17,18 @@ from camrig.farm.live.answers import Answers
 from camrig.farm.live.clock import Comparison, Offset, WallClock
 from camrig.farm.live.costs import Costs
 from camrig.farm.live.feed import Feed, raise_if_different
-from camrig.farm.live.log import CommandLog, Lease, Overtaken, Subjects, connect
+from camrig.farm.live.log import MAX_ENTRY_BYTES, CommandLog, Lease, Overtaken, Subjects, connect
 from camrig.farm.live.metrics import merged
 from camrig.farm.live.http_access import check, is_loopback, token_of
+from camrig.farm.live import node as node_module
+from camrig.farm.live.node import Node
 from camrig.farm.live.multipart import join, parts_of
 from camrig.farm.live.placement import FULL, ROOM, moves, order_of, owner_of
 from camrig.farm.live.roster import Roster
 from camrig.farm.live.sequencer import Sequencer
 from camrig.farm.live import up
 from camrig.farm.live.up import Farm, find_nats_server
+from camrig.farm.live.wire import Wire
 
 
 @contextlib.asynccontextmanager
@@ -220,6 +223,27 @@ class FakeBus:
         raise AssertionError("it is active already")
 
 
+@contextlib.asynccontextmanager
+async def watching(mode):
+    """The bus of node a's sequencer, and what gives it a report."""
+    bus = FakeBus()
+    lease = SimpleNamespace(owner="a", term=1, is_held=lambda: True)
+    sequencer = Sequencer(bus, Subjects("t"), None, lease, None, {"mode": mode}, 100.0, WallClock())
+    sequencer.is_active = True
+
+    async def report(name, **more):
+        say = {"node": name, "life": name, "at": time.monotonic(), "is_behind": False, **more}
+        await sequencer._on_report(SimpleNamespace(data=json.dumps(say).encode()))
+
+    yield bus, report
+    for task in sequencer.tasks:
+        task.cancel()
+
+
+def stops(bus):
+    return [say for subject, say in bus.said if subject.endswith("stop")]
+
+
 @pytest.mark.parametrize("hashes, stopped", [
     ({"a": "w", "b": "r", "c": "r"}, ["a"]),  # a is the sequencer's
     ({"b": "w", "a": "r", "c": "r"}, ["b"]),
@@ -228,23 +252,63 @@ class FakeBus:
 ])
 def test_of_nodes_that_differ_the_fewer_are_stopped_when_all_have_told(hashes, stopped):
     async def run():
-        bus = FakeBus()
-        lease = SimpleNamespace(owner="a", term=1, is_held=lambda: True)
-        sequencer = Sequencer(bus, Subjects("t"), None, lease, None, {"mode": "realtime"}, 100.0, WallClock())
-        sequencer.is_active = True
+        async with watching("realtime") as (bus, report):
+            for name in hashes:
+                await report(name)
+            for name, value in hashes.items():
+                assert not stops(bus)
+                await report(name, digest={"world_ns": 10**9, "hash": value}, parts={})
+            assert [say["node"] for say in stops(bus)] == stopped
 
-        async def report(name, **more):
-            say = {"node": name, "life": name, "at": time.monotonic(), "is_behind": False, **more}
-            await sequencer._on_report(SimpleNamespace(data=json.dumps(say).encode()))
+    asyncio.run(run())
 
-        for name in hashes:
-            await report(name)
-        for name, value in hashes.items():
-            assert not [say for subject, say in bus.said if subject.endswith("stop")]
-            await report(name, digest={"world_ns": 10**9, "hash": value}, parts={})
-        assert [say["node"] for subject, say in bus.said if subject.endswith("stop")] == stopped
-        for task in sequencer.tasks:
-            task.cancel()
+
+def test_a_step_of_no_length_is_compared_with_itself_alone():
+    """World time is the same before and after what was commanded between them, and the state is not."""
+    async def run():
+        async with watching("lockstep") as (bus, report):
+            for name in ("a", "b"):
+                await report(name)
+            for name, step, value in (("a", 2, "before"), ("b", 2, "before"), ("a", 4, "after"), ("b", 4, "after")):
+                await report(name, digest={"world_ns": 10**9, "hash": value, "step": step}, parts={})
+            assert stops(bus) == []
+            await report("a", digest={"world_ns": 10**9, "hash": "right", "step": 5}, parts={})
+            await report("b", digest={"world_ns": 10**9, "hash": "wrong", "step": 5}, parts={})
+            assert [(say["node"], say["moment"]) for say in stops(bus)] == [("b", [10**9, 5])]
+
+    asyncio.run(run())
+
+
+def test_a_node_that_was_stopped_and_comes_back_is_one_of_all_again():
+    """It is waited for, compared, and answers for what it has done in this life alone."""
+    async def run():
+        async with watching("lockstep") as (bus, report):
+            moments = [{"world_ns": 10**9 * step, "step": step} for step in range(4)]
+            for name in ("a", "b", "c"):
+                await report(name)
+            await report("b", digest={**moments[0], "hash": "wrong"}, parts={})
+            for name in ("a", "c"):
+                await report(name, digest={**moments[0], "hash": "right"}, parts={})
+            assert [(say["node"], say["life"]) for say in stops(bus)] == [("b", "b")]
+            await report("b", life="b2")
+            for name in ("a", "c"):
+                await report(name, digest={**moments[0], "hash": "right"}, parts={})
+                await report(name, digest={**moments[1], "hash": "right"}, parts={})
+            await report("b", life="b2", digest={**moments[0], "hash": "right"}, parts={})
+            assert len(stops(bus)) == 1
+            await report("b", life="b2", digest={**moments[1], "hash": "wrong"}, parts={})
+            assert [(say["node"], say["life"]) for say in stops(bus)[1:]] == [("b", "b2")], "a node has one vote, however often it came back"
+
+    asyncio.run(run())
+
+
+def test_a_node_is_stopped_for_what_it_did_in_this_life_alone():
+    async def run():
+        node = Node(SimpleNamespace(farm="t", name="a"))
+        for life in ("of another run", node._life):
+            assert not node._stop.done()
+            await node._on_stop(SimpleNamespace(data=json.dumps({"node": "a", "life": life, "moment": [5, None], "why": "it differs", "parts": {"x": "1"}}).encode()))
+        assert node._stop.result()[1] == "it differs; what differs: x"
 
     asyncio.run(run())
 
@@ -333,6 +397,110 @@ def test_a_rig_is_told_every_command_before_its_world_may_come_to_its_time():
         assert rig.limit == 4_100_000_000_000 and feed.applied == len(times) + 1
         digests = [one["params"]["at_ns"] for one in rig.lines if one["method"] == "world.digest"]
         assert digests == [10**9 * second for second in range(1, 4101)]
+
+    asyncio.run(run())
+
+
+def test_no_line_is_longer_than_a_rig_takes():
+    """60 commands are more than 1 MiB, and two of the longest already."""
+    async def run():
+        begin = {"kind": "begin", "epoch_utc_ns": 0, "identity": {"mode": "realtime"}, "at_ns": 0}
+        lengths = [40_000] * 100 + [MAX_ENTRY_BYTES - 300] * 3 + [10, 900_000, 10, 60_000]
+        entries = [{**entry("c", 5), "params": {"name": "x" * length}} for length in lengths]
+        assert all(len(json.dumps(each)) <= MAX_ENTRY_BYTES for each in entries)
+
+        async def rig(reader, writer):
+            while line := await reader.readline():
+                assert len(line) <= 1 << 20
+                message = json.loads(line)
+                is_batch = isinstance(message, list)
+                requests = [one for one in (message if is_batch else [message]) if "id" in one]
+                lines.append([one for one in requests if one["method"] == "camera.set"])
+                replies = [{"id": one["id"], "result": {"world_ns": 0}} for one in requests]
+                if replies:
+                    writer.write(json.dumps(replies if is_batch else replies[0]).encode() + b"\n")
+
+        lines = []
+        async with served(rig) as wire:
+            feed = Feed(FakeLog([begin] + entries), wire, {"mode": "realtime"})
+            await feed.take(len(entries) + 1, 10)
+            await asyncio.wait_for(feed.answers.of(len(entries) + 1), 20)
+            assert [len(one["params"]["name"]) for line in lines for one in line] == lengths
+            assert feed.applied == len(entries) + 1 and len([line for line in lines if line]) < 15
+
+    asyncio.run(run())
+
+
+@contextlib.asynccontextmanager
+async def served(rig):
+    with tempfile.TemporaryDirectory() as folder:
+        server = await asyncio.start_unix_server(rig, f"{folder}/rig.sock", limit=2 << 20)
+        wire = await Wire.open({"control": f"{folder}/rig.sock"})
+        yield wire
+        wire.close()
+        server.close()
+
+
+def test_a_node_ends_when_its_rig_closes_the_wire_on_which_it_is_told_what_to_do():
+    async def run():
+        async def rig(reader, writer):
+            await reader.readline()
+            writer.close()
+
+        async with served(rig) as wire:
+            feed = Feed(FakeLog([]), wire, {"mode": "lockstep"})
+            cut_off = asyncio.ensure_future(feed.until_cut_off())
+            assert not (await asyncio.wait([cut_off], timeout=0.05))[0]
+            wire.tell({"method": "world.limit"})
+            assert "the rig closed the connection" in (await asyncio.wait_for(cut_off, 5)).message
+
+    asyncio.run(run())
+
+
+def test_a_node_ends_when_its_rig_refuses_a_line_of_commands():
+    """It has done none of them, and the other nodes' rigs may have."""
+    async def run():
+        async def rig(reader, writer):
+            await reader.readline()
+            writer.write(b'{"error":{"code":-32700,"message":"not JSON"},"id":null,"jsonrpc":"2.0"}\n')
+
+        begin = {"kind": "begin", "epoch_utc_ns": 0, "identity": {"mode": "realtime"}, "at_ns": 0}
+        async with served(rig) as wire:
+            feed = Feed(FakeLog([begin, entry("a", 5), entry("b", 5)]), wire, {"mode": "realtime"})
+            cut_off = asyncio.ensure_future(feed.until_cut_off())
+            await feed.take(3, 10)
+            assert "not JSON" in (await asyncio.wait_for(cut_off, 5)).message
+            assert feed.applied == 0
+
+    asyncio.run(run())
+
+
+def test_a_node_tells_what_its_cameras_cost_again_after_its_rig_closed_that_wire(monkeypatch):
+    """A rig of many clients closes what is idle, and the node would have ended."""
+    async def run():
+        async def rig(reader, writer):
+            served.append(True)
+            for _ in range(2 if len(served) != 3 else 0):  # or it takes no more now
+                request = json.loads(await reader.readline())
+                writer.write(json.dumps({"id": request["id"], "result": {"cameras": len(served)}}).encode() + b"\n")
+            writer.close()
+
+        served, told = [], []
+        monkeypatch.setattr(node_module, "COST_S", 0.01)
+        monkeypatch.setattr(node_module, "Costs", lambda pid: SimpleNamespace(of=lambda *lists: told.append(lists)))
+        with tempfile.TemporaryDirectory() as folder:
+            server = await asyncio.start_unix_server(rig, f"{folder}/rig.sock")
+            node = Node(SimpleNamespace(farm="t", name="a"))
+            node.daemon = SimpleNamespace(control=f"{folder}/rig.sock", process=SimpleNamespace(pid=1))
+            node._is_behind = lambda: False
+            telling = asyncio.ensure_future(node._tell_costs())
+            for _ in range(500):
+                if len(told) >= 4 or telling.done():
+                    break
+                await asyncio.sleep(0.01)
+            assert not telling.done() and [lists[0] for lists in told[:4]] == [1, 2, 4, 5]
+            telling.cancel()
+            server.close()
 
     asyncio.run(run())
 

@@ -2,6 +2,7 @@
 
 import argparse
 import collections
+import errno
 import hashlib
 import io
 import json
@@ -10,12 +11,15 @@ import signal
 import subprocess
 import sys
 import tempfile
+import types
 from pathlib import Path
 
 import pytest
 
 from camrig import CamrigError
+from camrig.farm.batch import check, export
 from camrig.farm.batch import plan as plans
+from camrig.farm.batch import record as recording
 from camrig.json_checks import Wrong
 from camrig.farm.batch import draw
 from camrig.farm.batch.draw import _seconds
@@ -132,6 +136,15 @@ def test_daylight_that_comes_takes_the_place_of_the_scenes_own_light(load):
     assert varied(scene, None, {"/environment/exposure": 2})["environment"] == {**scene["environment"], "exposure": 2}
 
 
+def test_chance_changes_the_scene_as_the_plan_has_it(load, tmp_path):
+    (one,) = load(seed=3, randomize=["light"])
+    (other,) = load(seed=3, randomize=["light"], set={"/environment/lux": 50000})
+    assert other.changes["/environment/exposure"] == pytest.approx(one.changes["/environment/exposure"] / 2), "white is drawn as white at half the light"
+    (tmp_path / "scene.json").write_text(json.dumps({key: value for key, value in SCENE.items() if key != "environment"}))
+    (bare,) = load(seed=3, randomize=["light"])
+    assert varied(read_scene(bare.scene), None, bare.changes)["environment"]["daylight"] == one.changes["/environment/daylight"]
+
+
 def test_models_of_a_shipped_base_and_files_with_escaped_names_are_in_the_name(load, tmp_path, monkeypatch):
     monkeypatch.setenv("CAMRIG_SCENES", str(tmp_path / "shipped"))
     (tmp_path / "shipped" / "low").mkdir(parents=True)
@@ -209,6 +222,7 @@ def test_whatever_changes_the_frames_changes_the_name(load, tmp_path):
     ({"pictures": {"mask": True}}, "plan.json: pictures.mask: is unknown"),
     ({"set": {"exposure": 1}}, "plan.json: set.exposure: must be a place in the scene"),
     ({"set": {"/lights/moon/intensity": 1}}, "plan.json: variant 0: /lights/moon/intensity: the scene has no /lights/moon; there are sun"),
+    ({"randomize": ["light"], "set": {"/lights/moon/intensity": 1}}, "plan.json: variant 0: /lights/moon/intensity: the scene has no /lights/moon; there are sun"),
     ({"vary": [{"product": {"qualty": ["fast"]}}]}, "plan.json: vary: 'qualty' is neither a place"),
     ({"vary": [{"product": {"quality": ["fast", "best"]}}]}, "plan.json: variant 1: quality: must be one of"),
     ({"vary": [{"rows": [{"/environment/exposure": 1}, {"/environment/exposure": 1}]}]}, "plan.json: vary: variants 0 and 1 are the same"),
@@ -252,6 +266,9 @@ class Pool:
         if self._answers.get(name):
             return [(name, {"error": self._answers[name].pop(0)})]
         return [(name, {"told": self._store.publish(name, lambda file: told(file, name)) if "#" not in name else {"frames": 1}})]
+
+    def close(self):
+        pass
 
 
 def told(file, name, data=b"frames"):
@@ -359,6 +376,53 @@ def test_a_check_finds_a_byte_and_a_manifest_of_paths_is_refused(tmp_path):
         (store.folder / "manifest.jsonl").write_text(json.dumps(wrong) + "\n")
         with pytest.raises(CamrigError, match="line 1 is not of a shard"):
             list(store.manifest())
+
+
+def sound(file, name):
+    """A shard that a check finds as its manifest says."""
+    return {**told(file, name), "sha256": hashlib.sha256(b"frames").hexdigest(), "cameras": [{"name": "eye", "files": {}}], "picture_suffix": ".png"}
+
+
+def test_a_set_that_a_broken_run_left_is_told_by_who_reads_it(tmp_path, capsys):
+    names = [f"{number:016x}" for number in range(4)]
+    store = Store(tmp_path / "set")
+
+    def checked():
+        code = check.main([str(store.folder), "--json"])
+        said = capsys.readouterr()
+        assert json.loads(said.out)["problems"] == []
+        return code, json.loads(said.out)["lacks"], said.err
+
+    with store.held({}, {}, names):
+        for name in names[:2]:
+            store.publish(name, lambda file, name=name: sound(file, name))
+        store.write_manifest(names)
+    assert checked() == (1, "the manifest has 2 of 4 planned shards", f"camrig: {store.folder}: the manifest has 2 of 4 planned shards: run camrig farm record again\n")
+    with store.held({}, {}, names):  # killed before it wrote the manifest
+        store.publish(names[2], lambda file: sound(file, names[2]))
+    assert checked()[:2] == (1, "the manifest has 2 of 4 planned shards, and shards/ has 1 that it has not")
+    with pytest.raises(CamrigError, match="give a new folder"):
+        export.main([str(store.folder), "--out", str(tmp_path)])
+    assert "the manifest has 2 of 4 planned shards, and shards/ has 1 that it has not: run camrig farm record again" in capsys.readouterr().err
+    (store.folder / "planned.json").unlink()  # of a camrig that wrote none
+    assert checked()[:2] == (1, "shards/ has 1 that the manifest has not")
+    with store.held({}, {}, names):
+        store.publish(names[3], lambda file: sound(file, names[3]))
+        store.write_manifest(names)
+    assert checked() == (0, None, "")
+
+
+def test_the_manifest_is_written_when_there_is_no_room_for_the_list_of_failures(load, tmp_path, monkeypatch):
+    def no_room(self, failed):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    plan = types.SimpleNamespace(shards=load(vary=[{"repeat": 2}]), text={})
+    monkeypatch.setattr(recording, "_version", lambda: "1")
+    monkeypatch.setattr(recording, "_pool", lambda options: Pool(Store(tmp_path / "set"), {}))
+    monkeypatch.setattr(Store, "write_failed", no_room)
+    with pytest.raises(OSError, match="No space left"):
+        recording.record(plan, argparse.Namespace(out=tmp_path / "set", verify=0.0, max_retries=2, max_failed=20, timeout_s=1))
+    assert len((tmp_path / "set" / "manifest.jsonl").read_text().splitlines()) == 2
 
 
 def test_only_what_a_dead_drawer_left_is_removed(tmp_path, monkeypatch):

@@ -11,16 +11,25 @@ from .store import Store
 
 
 def main(arguments: Sequence[str]) -> int:
-    parser = Parser(prog="camrig farm check", description="Reads all shards of a data set and compares them with its manifest. Exit code 1: some differ.")
+    parser = Parser(prog="camrig farm check", description="Reads all shards of a data set and compares them with its manifest. "
+                    "Exit code 1: some differ, or the manifest has not all of them.")
     parser.add_argument("folder", metavar="DIR", help="of camrig farm record")
     parser.add_argument("--json", action="store_true", help="machine-readable output")
     options = parser.parse_args(arguments)
-    store, shards, problems = Store(options.folder), 0, []
+    store, problems = Store(options.folder), []
+    listed: set[str] = set()
     for told in store.manifest():
-        shards += 1
+        listed.add(told["shard"])
         if problem := store.problem_of(told):
             problems.append(problem)
             print(f"camrig: {problem}", file=sys.stderr)
-    text = f"{store.folder}: {shards} shards, {len(problems)} of them not as the manifest says"
-    print(json.dumps({"folder": str(store.folder), "shards": shards, "problems": problems}) if options.json else text)
-    return 1 if problems else 0
+    lacks = warn_of_lacks(store, listed)
+    text = f"{store.folder}: {len(listed)} shards, {len(problems)} of them not as the manifest says"
+    print(json.dumps({"folder": str(store.folder), "shards": len(listed), "problems": problems, "lacks": lacks}) if options.json else text)
+    return 1 if problems or lacks else 0
+
+
+def warn_of_lacks(store: Store, listed: set[str]) -> str | None:
+    if lacks := store.lacks(listed):
+        print(f"camrig: {store.folder}: {lacks}: run camrig farm record again", file=sys.stderr)
+    return lacks

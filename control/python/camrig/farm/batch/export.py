@@ -11,6 +11,7 @@ from typing import Any, Sequence
 from ...command_line import Parser
 from ...errors import CamrigError, error_of_command
 from ...places import find_binary
+from .check import warn_of_lacks
 from .shard_file import PARTS, samples
 from .store import Store
 
@@ -27,6 +28,7 @@ def main(arguments: Sequence[str]) -> int:
     parser.add_argument("--json", action="store_true", help="machine-readable output")
     options = parser.parse_args(arguments)
     store, to = Store(options.folder), Path(options.out)
+    warn_of_lacks(store, {told["shard"] for told in store.manifest()})
     if options.format == "parquet":
         from .parquet import write_parquet
 

@@ -91,7 +91,10 @@ def _of_variant(place: str, told: Mapping[str, Any], row: Row, master: int, shar
     # By what the row says and not by its number: a plan that grows keeps its frames.
     seed = check_integer(told.get("seed", seed_of(master, "row", row)), f"{place}: seed", 0, 2**53)
     kinds = [check_choice(kind, f"{place}: randomize", KINDS) for kind in check_list(told.get("randomize", []), f"{place}: randomize", len(KINDS))] if told.get("randomize") else []
-    changes = {**(randomized(scenes.whole(scene), seed, kinds) if kinds else {}), **{key: value for key, value in told.items() if key.startswith("/")}}
+    changes = {key: value for key, value in told.items() if key.startswith("/")}
+    if kinds:
+        # Chance changes the scene as the plan has it; what the plan says stays.
+        changes = {**randomized(scenes.varied(place, scene, None, changes), seed, kinds), **changes}
     start_ns, length_ns = _ns(told.get("start_s", 0), f"{place}: start_s", 0), _ns(told["seconds"], f"{place}: seconds", 1e-3)
     common = dict(
         scene=scene, scene_hash=scenes.hash(place, scene, cameras, changes), program_hash=program, cameras=cameras, changes=changes, faults=faults,
@@ -116,19 +119,19 @@ class _Scenes:
         is_word = "/" not in scene and "." not in scene
         return scene if is_word or not (self._folder / scene).is_file() else str(self._folder / scene)
 
-    def whole(self, scene: str) -> dict[str, Any]:
-        """All of it, its base put in."""
+    def varied(self, place: str, scene: str, cameras: list[Any] | None, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """All of it, its base put in, with these cameras and changes; Wrong names the place in the plan of one that leads nowhere."""
         if scene not in self._read:
             self._read[scene] = read_scene(scene)
-        return self._read[scene]
+        try:
+            return varied(self._read[scene], cameras, changes)
+        except PointerError as wrong:
+            raise Wrong(place, str(wrong)) from None
 
     def hash(self, place: str, scene: str, cameras: list[Any] | None, changes: Mapping[str, Any]) -> str:
         key = canonical([scene, cameras, changes])
         if key not in self._hashes:
-            try:
-                made = varied(self.whole(scene), cameras, changes)
-            except PointerError as wrong:
-                raise Wrong(place, str(wrong)) from None
+            made = self.varied(place, scene, cameras, changes)
             if not made.get("cameras"):
                 raise Wrong(f"{place}: cameras", f"are missing: {scene} has none of its own")
             self._hashes[key] = scene_hash(scene, made)

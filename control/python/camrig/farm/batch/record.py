@@ -115,8 +115,8 @@ def record(plan: plans.Plan, options: argparse.Namespace) -> dict[str, Any]:
             run.run(pool)
         finally:
             pool.close()
-            store.write_failed(run.failed)
             there = store.write_manifest(ids)
+            store.write_failed(run.failed)
     return {"folder": str(store.folder), "shards": len(ids), "there": there, "drawn": run.drawn, "frames": run.frames, "compared": run.compared,
             "failed": [one["shard"] for one in run.failed]}
 

@@ -19,7 +19,8 @@ _MAX_HEAD_BYTES = 16 << 20
 _MAX_MODEL_BYTES = 256 << 20
 _SHIPPED = "camrig:"
 _LIGHT = ".light"
-_DAYLIGHT = "/environment/daylight"
+_ENVIRONMENT = "/environment/"
+_DAYLIGHT = _ENVIRONMENT + "daylight"
 #: Made by daylight: the rig refuses a scene that says them beside it.
 _MADE_BY_DAYLIGHT = ("ambient", "background")
 
@@ -38,9 +39,11 @@ def varied(scene: Mapping[str, Any], cameras: list[Any] | None, changes: Mapping
         made["cameras"] = copy.deepcopy(cameras)
     if _DAYLIGHT in changes and isinstance(environment := made.get("environment"), dict):
         for key in _MADE_BY_DAYLIGHT:
-            place = f"/environment/{key}"
+            place = _ENVIRONMENT + key
             if not any(change == place or change.startswith(f"{place}/") for change in changes):
                 environment.pop(key, None)
+    if any(place.startswith(_ENVIRONMENT) for place in changes):
+        made.setdefault("environment", {})  # a scene need not say anything of it
     for place, value in changes.items():
         try:
             assign(made, place, copy.deepcopy(value))

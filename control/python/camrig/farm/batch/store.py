@@ -2,6 +2,7 @@
 
     set.json             which build of camrig draws it
     plan.json            the plan as it was read last
+    planned.json         how many shards that plan has
     shards/ID.tar        a shard that is whole; while it is written, ID.tar.NUMBER.part
     shards/ID.json       what the manifest says of it: written before the shard gets its name
     manifest.jsonl       of all shards, in the plan's order; made of those when a run ends
@@ -87,9 +88,11 @@ class Store:
                 raise CamrigError("unavailable", f"{self.folder}: another camrig farm record draws into it; wait for it or end it") from None
             self.shards.mkdir(exist_ok=True)
             self._check_program(set_file, program)
-            self._check_names(set(shard_ids))
+            wanted = set(shard_ids)
+            self._check_names(wanted)
             self._remove_parts()
             write_json(self.folder / "plan.json", plan, indent=1)
+            write_json(self.folder / "planned.json", {"shards": len(wanted)})
             try:
                 yield
             finally:
@@ -147,6 +150,21 @@ class Store:
             raise CamrigError("not_found", f"{self.folder}: no manifest.jsonl; it is there when a run of camrig farm record has ended") from None
         except ValueError as problem:
             raise CamrigError("invalid_argument", f"{path}: {problem}") from None
+
+    def lacks(self, listed: set[str]) -> str | None:
+        """What the manifest, which lists those shards, has not of all that the folder knows of, as after a run that was broken off; None: it has everything."""
+        found = []
+        if len(listed) < (planned := self._planned()):
+            found.append(f"the manifest has {len(listed)} of {planned} planned shards")
+        if others := {path.stem for path in self.shards.glob("*.tar")} - listed:
+            found.append(f"shards/ has {len(others)} that {'it' if found else 'the manifest'} has not")
+        return ", and ".join(found) or None
+
+    def _planned(self) -> int:
+        try:
+            return int(json.loads((self.folder / "planned.json").read_bytes())["shards"])
+        except (FileNotFoundError, ValueError, KeyError, TypeError):  # an older camrig wrote none
+            return 0
 
     def problem_of(self, told: dict[str, Any]) -> str | None:
         """Reads a shard of the manifest; what is wrong with it."""

@@ -10,17 +10,19 @@ import contextlib
 import json
 import time
 import uuid
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Awaitable, Callable, Coroutine
 
 import nats.errors
 
 from ...errors import CamrigError, error_of_reply
-from .budget import PIECE_BYTES, Budget, Claim, read_exactly, read_line
+from .budget import Budget, Claim, read_exactly, read_line
+from .form import raise_if_unreadable
 from .log import LEASE_S, MAX_ENTRY_BYTES, Subjects
 from .placement import is_placeable, owner_of
 from .roster import Roster
-from .wire import Wire, connect_to, url_of
+from .wire import line_of, url_of
+from .wires import Wires
 from .wrong_tokens import WrongTokens
 
 #: So long a command is tried again, when the sequencer has died; and a step, which waits for readers.
@@ -39,23 +41,23 @@ def _count_of(params: dict[str, Any]) -> int:
     return count
 
 
-def text_of(value: Any) -> bytes:
-    return json.dumps(value, separators=(",", ":")).encode() + b"\n"
+async def _whole_line(reader: asyncio.StreamReader, claim: Claim) -> bytes:
+    line = await read_line(reader, claim)
+    if not line.endswith(b"\n"):
+        raise EOFError("closed")
+    return line
 
 
 @dataclass
 class Client:
-    """Who asks, and its connections to nodes, by their lives."""
+    """Who asks."""
 
     claim: Claim  #: for its request and the answer
     may_command: bool = True
     takes_bytes: bool = True  #: behind the line of an answer
-    wires: dict[str, tuple[asyncio.StreamReader, asyncio.StreamWriter]] = field(default_factory=dict)
 
     def close(self) -> None:
         self.claim.release()
-        for _, to_node in self.wires.values():
-            to_node.close()
 
 
 class Door:
@@ -63,7 +65,7 @@ class Door:
         """``token``: of nodes on other machines, all of which have the same."""
         self._bus, self._subjects, self.token = bus, subjects, token
         self.budget, self.wrong_tokens = Budget(), WrongTokens()
-        self._nodes = Roster()
+        self._nodes, self._wires = Roster(), Wires(token)
         self._moved: dict[str, str] = {}
         self._full: list[str] = []
         self._moved_by = self._done_ns = 0
@@ -102,6 +104,12 @@ class Door:
         """Known to be dead: its cameras move at once."""
         self._nodes.forget(node)
 
+    def pass_by(self, node: str, problem: Exception) -> None:
+        """Looking changes nothing: another node can answer. ``problem`` is raised where it says that this one lives."""
+        if isinstance(problem, CamrigError) and problem.kind in ("resource_exhausted", "unauthorized"):
+            raise problem
+        self.forget(node)  # it comes back by its next report if it has not died
+
     async def call(self, method: str, **params: Any) -> Any:
         client = Client(Claim(self.budget))
         try:
@@ -121,6 +129,10 @@ class Door:
         requests = message if isinstance(message, list) else [message]
         if not requests or len(requests) > _MAX_BATCH or not all(isinstance(each, dict) and isinstance(each.get("method"), str) for each in requests):
             return self._no_request(f"a request has jsonrpc, id, method and params; a batch at most {_MAX_BATCH}")
+        try:
+            raise_if_unreadable(requests)
+        except CamrigError as problem:
+            return self._no_request(problem.message, -32700)
         replies = []
         for request in requests:
             reply = await self._answer(request, client, is_alone=not isinstance(message, list))
@@ -130,16 +142,16 @@ class Door:
                 replies.append({"jsonrpc": "2.0", "id": request["id"], **reply})
         if not replies:
             return b""
-        text = text_of(replies if isinstance(message, list) else replies[0])
+        text = line_of(replies if isinstance(message, list) else replies[0])
         try:
             client.claim.grow(len(text))
         except CamrigError as problem:
-            return text_of({"jsonrpc": "2.0", "id": replies[0]["id"], **self._error(problem)})
+            return line_of({"jsonrpc": "2.0", "id": replies[0]["id"], **self._error(problem)})
         return text
 
     @staticmethod
     def _no_request(message: str, code: int = -32600) -> bytes:
-        return text_of({"jsonrpc": "2.0", "id": None, "error": {"code": code, "message": message, "data": {"kind": "invalid_argument"}}})
+        return line_of({"jsonrpc": "2.0", "id": None, "error": {"code": code, "message": message, "data": {"kind": "invalid_argument"}}})
 
     async def _answer(self, request: dict[str, Any], client: Client, is_alone: bool = False) -> Any:
         """``is_alone``: the answer may be a rig's own, as bytes."""
@@ -185,16 +197,14 @@ class Door:
             try:
                 return await self.while_there(node["node"], self._ask_after_commands(node, method))
             except CamrigError as problem:
-                if problem.kind == "unauthorized":
-                    raise  # it lives
-                self.forget(node["node"])  # it has died, and comes back by its next report if it has not
+                self.pass_by(node["node"], problem)
 
     async def _ask(self, node: dict[str, Any], method: str, **params: Any) -> Any:
-        wire = await Wire.open(node, self.token)
-        try:
-            return await wire.call(method, **params)
-        finally:
-            wire.close()
+        request = {"jsonrpc": "2.0", "id": 0, "method": method, "params": params}
+        reply = json.loads(await self._wires.ask(node, request, lambda reader: _whole_line(reader, Claim(Budget()))))
+        if "error" in reply:
+            raise error_of_reply(method, reply["error"])
+        return reply["result"]
 
     async def _ask_after_commands(self, node: dict[str, Any], method: str) -> Any:
         await self.reach(node)
@@ -204,8 +214,11 @@ class Door:
         """Who looks after a command sees what it did, whichever node he is shown: it is done there at the same world time, which may be
         some milliseconds away. (In lockstep all nodes are together after each step.)"""
         if not self._is_lockstep and time.monotonic() - self._commanded < LEASE_S:
-            with contextlib.suppress(CamrigError):  # that it is past
+            try:
                 await self._ask(node, "world.digest", at_ns=self._done_ns + 1)
+            except CamrigError as problem:  # most often that it is past
+                if problem.kind == "resource_exhausted":
+                    raise
 
     async def _command(self, method: str, params: dict[str, Any]) -> dict[str, Any]:
         if "at_ns" in params:
@@ -246,11 +259,7 @@ class Door:
                     reply["result"] = self._info(reply["result"])
                 return reply
             except CamrigError as problem:
-                if wire := client.wires.pop(node["life"], None):
-                    wire[1].close()
-                if problem.kind in ("resource_exhausted", "unauthorized"):
-                    raise  # it lives: the answer is too long, and was not read to its end; or our token is not the node's
-                self.forget(node["node"])  # looking changes nothing: another can answer
+                self.pass_by(node["node"], problem)
 
     def _info(self, of_node: dict[str, Any]) -> dict[str, Any]:
         """Where HTTP is: here. RTSP is the nodes' own, so it is told where their address is the same."""
@@ -276,16 +285,13 @@ class Door:
             if reply.get("error", {}).get("data", {}).get("kind") == "unauthorized":
                 return self._error(self._refused(request["method"]))
             return {key: reply[key] for key in ("result", "error") if key in reply}
-        try:
-            if node["life"] not in client.wires:
-                client.wires[node["life"]] = await connect_to(node, self.token, PIECE_BYTES)
-            await self.reach(node)
-            reader, writer = client.wires[node["life"]]
-            writer.write(text_of({"jsonrpc": "2.0", "id": 0, **request}))
-            line = await read_line(reader, client.claim)
-            if not line.endswith(b"\n"):
-                raise OSError("closed")
-            if is_own and not (isinstance(request.get("params"), dict) and request["params"].get("encoding") == "bytes"):
+        asked = request.get("params")
+        wants_bytes = isinstance(asked, dict) and asked.get("encoding") == "bytes"
+
+        async def read(reader: asyncio.StreamReader) -> Any:
+            line = await _whole_line(reader, client.claim)
+            # Errors are read: that of a rig with too many connections has nobody's id.
+            if is_own and not wants_bytes and not line.startswith(b'{"error"'):
                 return line
             reply = json.loads(line)
             result = reply.get("result")
@@ -294,17 +300,17 @@ class Door:
                 if not client.takes_bytes:
                     return self._error(CamrigError("invalid_argument", "encoding: bytes come on the control socket and TCP; not by HTTP"))
                 return line + rest
-        except (OSError, ValueError, asyncio.IncompleteReadError, asyncio.TimeoutError) as problem:
-            raise CamrigError("unavailable", f"{request['method']}: the node has gone ({problem or 'closed'}); ask again") from None
-        return {key: reply[key] for key in ("result", "error") if key in reply}
+            return {key: reply[key] for key in ("result", "error") if key in reply}
+
+        await self.reach(node)
+        return await self._wires.ask(node, {"jsonrpc": "2.0", "id": 0, **request}, read)
 
     async def _status(self) -> dict[str, Any]:
         nodes = self.nodes()
         listed = (await self._once("camera.list"))["cameras"] if nodes else []
         cameras = []
         for camera in listed:
-            owner = owner_of(camera["name"], self.owners(), self._moved)
-            at = self._nodes[owner]
+            at = self.node_for({"camera": camera["name"]})
             http, rtsp = url_of(at, f"/cameras/{camera['name']}/stream.mjpg"), url_of(at, f"/{camera['name']}", "rtsp")
-            cameras.append({"camera": camera["name"], "node": owner, "http": http, "rtsp": rtsp})
+            cameras.append({"camera": camera["name"], "node": at["node"], "http": http, "rtsp": rtsp})
         return {"nodes": [{**node, "is_full": name in self._full} for name, node in nodes.items()], "cameras": cameras}

@@ -7,19 +7,22 @@ import json
 import time
 from typing import Any
 
-from ...errors import CamrigError
+from ...errors import CamrigError, error_of_reply
 from .answers import Answers, replies_in
 from .clock import WallClock
 from .log import CommandLog
-from .wire import Wire
+from .wire import Wire, line_of
 
-_CHUNK = 60  # entries of one line; the rig takes 64
+#: Entries of one line, and bytes where they are more than one; the rig takes 64, and 1 MiB.
+_CHUNK, _LINE_BYTES = 60, 900_000
 DIGEST_EVERY_NS = 1_000_000_000
 _MOST_UNANSWERED = 48  # lines
 _FAR_NS = 30 * DIGEST_EVERY_NS
 _DIGEST = 0  # no entry has this number
 #: So often a rig is asked how far its world is; else it is only told how far it may run.
 _ASK_S = 0.25
+#: Of a digest: the world's time, and in lockstep the entry whose step ended there: commands may stand between two of one time.
+Moment = tuple[int, int | None]
 
 
 class Feed:
@@ -41,6 +44,8 @@ class Feed:
         self.fed = 0
         self._numbers: list[int] = []  # of the line that goes out next
         self._requests: list[dict[str, Any]] = []
+        self._bytes = 0
+        self._refusal: CamrigError | None = None
         self._digest_ns = 0
         self._limit_ns = 0
         self._asked = float("-inf")
@@ -83,10 +88,13 @@ class Feed:
 
     def _ask(self, number: int, method: str, params: dict[str, Any]) -> None:
         """With the next line."""
-        if len(self._requests) == _CHUNK:
+        request = self._wire.request(method, params)
+        size = len(line_of(request))
+        if len(self._requests) == _CHUNK or self._bytes + size > _LINE_BYTES:
             self._flush()
         self._numbers.append(number)
-        self._requests.append(self._wire.request(method, params))
+        self._requests.append(request)
+        self._bytes += size
 
     def _flush(self, *last: dict[str, Any]) -> asyncio.Future[bytes] | None:
         """One line with all that waits, and these notifications; its answer comes when all of it is done."""
@@ -95,7 +103,7 @@ class Feed:
                 self._wire.tell(notification)
             return None
         numbers, requests = self._numbers, self._requests
-        self._numbers, self._requests = [], []
+        self._numbers, self._requests, self._bytes = [], [], 0
         answer = self._wire.send([*requests, *last])
         answer.add_done_callback(lambda done: self._note(numbers, done))
         return answer
@@ -110,12 +118,20 @@ class Feed:
         if done.cancelled() or done.exception():
             return
         line = done.result()
+        if not line.startswith(b"["):  # one error for all of it
+            self._refusal = error_of_reply("the log's commands", json.loads(line).get("error"))
+            return self._wire.close()
         self.applied = max(self.applied, *numbers)
         self.answers.add(numbers, line)
         if _DIGEST in numbers:
             for number, reply in zip(numbers, replies_in(line)):
                 if number == _DIGEST and "result" in reply:
                     self.digests.put_nowait(reply["result"])
+
+    async def until_cut_off(self) -> CamrigError:
+        """Why the rig is told no more. What it has not done since, the other nodes' rigs may have."""
+        await self._wire.ended()
+        return self._refusal or CamrigError("unavailable", "the rig closed the connection")
 
     def _note_world(self, done: asyncio.Future[bytes]) -> None:
         if not done.cancelled() and not done.exception() and "result" in (reply := json.loads(done.result())):
@@ -163,6 +179,10 @@ class Feed:
         digest = await self._wire.call("world.digest", parts=True)
         self.world_ns = digest["world_ns"]
         return answer, digest
+
+
+def moment_of(digest: dict[str, Any]) -> Moment:
+    return digest["world_ns"], digest.get("step")
 
 
 def raise_if_different(begin: dict[str, Any], identity: dict[str, Any]) -> None:

@@ -273,8 +273,8 @@ class HttpDoor:
             for node, own in by_node.items():
                 target = f"/live?{request.rel_url.update_query(cameras=','.join(own)).raw_query_string}"
                 replies[node] = await self._door.while_there(node, self._ask(self._door.nodes()[node], request, target))
-        except (*_GONE, KeyError):
-            self._door.forget(node)
+        except (*_GONE, KeyError) as problem:
+            self._door.pass_by(node, problem)
         finally:
             if len(replies) < len(by_node):  # also when who asked has gone meanwhile
                 for reply in replies.values():
@@ -292,8 +292,8 @@ class HttpDoor:
                 return web.Response(status=307, headers={"Location": url_of(node, target), **_OWN})
             try:
                 reply = await self._door.while_there(node["node"], self._ask(node, request, target))
-            except _GONE:
-                self._door.forget(node["node"])  # looking changes nothing: another can answer
+            except _GONE as problem:
+                self._door.pass_by(node["node"], problem)
                 continue
             try:
                 return await self._pass(request, reply, node["node"])

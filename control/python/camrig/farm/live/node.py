@@ -19,10 +19,11 @@ from typing import Any
 
 import nats.errors
 
+from ...errors import CamrigError
 from .clock import Comparison, Offset
 from .costs import COST_S, Costs
 from .daemon import Daemon, NodeOptions
-from .feed import Feed
+from .feed import Feed, Moment, moment_of
 from .log import LEASE_S, RENEW_S, CommandLog, Lease, Subjects, connect
 from .roster import REPORT_S
 from .sequencer import MARK_S, Sequencer
@@ -48,7 +49,7 @@ class Node:
         self._life = uuid.uuid4().hex
         self._heard = float("-inf")
         self._marked = asyncio.Event()
-        self._parts: dict[int, dict[str, str]] = {}
+        self._parts: dict[Moment, dict[str, str]] = {}
         self._newest: dict[str, Any] = {}
         self._stop: asyncio.Future[tuple[int, str]] = asyncio.get_running_loop().create_future()
         self._comparison = Comparison()
@@ -95,7 +96,7 @@ class Node:
         self.sequencer = Sequencer(self.bus, self.subjects, self.log, self.lease, self.feed, self.identity, self.options.lead_ms, self.options.clock)
         await self.bus.subscribe(self.subjects.mark, cb=self._on_mark)
         await self.bus.subscribe(self.subjects.stop, cb=self._on_stop)
-        parts = (self._follow(), self._report(), self._digests(), self._keep(), self._watch(), self._watch_bus(), self._compare_clock(), self._tell_costs())
+        parts = (self._follow(), self._report(), self._digests(), self._keep(), self._watch(), self._watch_wire(), self._watch_bus(), self._compare_clock(), self._tell_costs())
         self._tasks = [asyncio.create_task(each) for each in parts]
         for ended in (await asyncio.wait(self._tasks, return_when=asyncio.FIRST_COMPLETED))[0]:
             ended.result()
@@ -130,9 +131,9 @@ class Node:
 
     async def _on_stop(self, message: Any) -> None:
         told = json.loads(message.data)
-        if told["node"] != self.options.name:
+        if told["life"] != self._life:
             return
-        own = self._parts.get(told["at_ns"], {})
+        own = self._parts.get(tuple(told["moment"]), {})
         differs = sorted(name for name in own.keys() | told["parts"].keys() if own.get(name) != told["parts"].get(name))
         self._end(_ENDED, f"{told['why']}; what differs: {', '.join(differs[:20]) or 'unknown'}")
 
@@ -146,8 +147,8 @@ class Node:
     async def _digests(self) -> None:
         while True:
             digest = await self.feed.digests.get()
-            self._parts[digest["world_ns"]] = digest["parts"]
-            for old in sorted(self._parts)[:-20]:
+            self._parts[moment_of(digest)] = digest["parts"]
+            for old in list(self._parts)[:-20]:
                 del self._parts[old]
             self._newest = {key: digest.get(key) for key in ("world_ns", "hash", "step")}
             await self._say({"digest": self._newest, "parts": digest["parts"]})
@@ -200,6 +201,10 @@ class Node:
     async def _watch(self) -> None:
         await self.daemon.process.wait()
 
+    async def _watch_wire(self) -> None:
+        """A rig that is told nothing stands, and its node would keep what it has: cameras, and the lease."""
+        self._end(_ENDED, (await self.feed.until_cut_off()).message)
+
     async def _watch_bus(self) -> None:
         """Who hears nothing from the bus is not heard either: its cameras are others' from then on, and nobody may go on reading its
         standing pictures. A dead sequencer alone is no reason: then all worlds stand."""
@@ -237,11 +242,15 @@ class Node:
             await asyncio.sleep(CLOCK_S)
 
     async def _tell_costs(self) -> None:
-        wire = await Wire.open({"control": self.daemon.control})  # one on which nothing waits for a world time
         costs = Costs(self.daemon.process.pid)
         while True:
             if not self._is_behind():  # what it takes to come to the world's time is no camera's
-                self._costs = costs.of((await wire.call("stats.get"))["cameras"], (await wire.call("camera.list"))["cameras"])
+                with contextlib.suppress(CamrigError):  # a rig that has many clients may take no more, or close this wire for another
+                    wire = await Wire.open({"control": self.daemon.control})  # one on which nothing waits for a world time
+                    try:
+                        self._costs = costs.of((await wire.call("stats.get"))["cameras"], (await wire.call("camera.list"))["cameras"])
+                    finally:
+                        wire.close()
             await asyncio.sleep(COST_S)
 
 

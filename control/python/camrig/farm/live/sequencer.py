@@ -14,14 +14,14 @@ import math
 import sys
 import time
 import uuid
-from typing import Any
+from typing import Any, NamedTuple
 
 import nats.errors
 import nats.js.errors
 
 from ...errors import CamrigError
 from .clock import WallClock
-from .feed import Feed
+from .feed import Feed, Moment, moment_of
 from .log import MAX_ENTRY_BYTES, RENEW_S, CommandLog, Lease, Overtaken, Subjects
 from .placement import full_of, is_placeable, moves
 from .roster import REPORT_S, Roster
@@ -35,6 +35,14 @@ _TOLD_BYTES, _MAX_UNTOLD = 4096, 64
 PLACE_S = 5.0
 #: Steps wait so long for all nodes.
 STEP_TIMEOUT_S = 60.0
+
+
+class State(NamedTuple):
+    """Of a node at one moment, told by its run of this name: who was stopped may come back."""
+
+    life: str
+    hash: str
+    parts: dict[str, str]
 
 
 class NotNow(Exception):
@@ -56,8 +64,8 @@ class Sequencer:
         self._nodes = Roster()
         self._hearing: list[Any] = []  # while it is active: others need not be told what they do not use
         self._hears_since = 0.0
-        self._digests: dict[int, dict[str, tuple[str, dict[str, str]]]] = collections.OrderedDict()
-        self._different: set[str] = set()
+        self._states: dict[Moment, dict[str, State]] = collections.OrderedDict()
+        self._different: set[str] = set()  # by their lives
         self.is_active = False
         self.full: set[str] = set()  #: nodes that can give no camera away and should
         self.tasks = [asyncio.create_task(self._run()), asyncio.create_task(self._place())]
@@ -197,7 +205,7 @@ class Sequencer:
         raise NotNow
 
     def _live(self) -> list[str]:
-        return [name for name in self._nodes.live() if name not in self._different]
+        return [name for name in self._nodes.live() if self._nodes[name]["life"] not in self._different]
 
     async def _wait_for_nodes(self, number: int) -> None:
         """A step is done when it is done on every node that lives."""
@@ -241,30 +249,36 @@ class Sequencer:
         if not self._nodes.hear({key: value for key, value in report.items() if key != "parts"}):
             return
         if digest := report.get("digest"):
-            at_ns = digest["world_ns"]
-            of_time = self._digests.setdefault(at_ns, {})
-            of_time[report["node"]] = (digest["hash"], report["parts"])
-            while len(self._digests) > 30:
-                self._digests.pop(next(iter(self._digests)))
-            if self.is_active and all(name in of_time or self._nodes[name]["is_behind"] for name in self._live()):
-                await self._compare(at_ns, of_time)
+            moment = moment_of(digest)
+            states = self._states.setdefault(moment, {})
+            states[report["node"]] = State(report["life"], digest["hash"], report["parts"])
+            while len(self._states) > 30:
+                self._states.pop(next(iter(self._states)))
+            if self.is_active and all(self._has_told(states, self._nodes[name]) for name in self._live()):
+                await self._compare(moment, states)
 
-    async def _compare(self, at_ns: int, of_time: dict[str, tuple[str, dict[str, str]]]) -> None:
+    @staticmethod
+    def _has_told(states: dict[str, State], node: dict[str, Any]) -> bool:
+        """Or need not: who is behind is compared when he comes there."""
+        return node["is_behind"] or node["node"] in states and states[node["node"]].life == node["life"]
+
+    async def _compare(self, moment: Moment, states: dict[str, State]) -> None:
         """Who is not as most are is stopped; of two that are unlike, both are named, and the one that is not the sequencer's goes."""
-        votes = collections.Counter(value for value, _ in of_time.values())
+        votes = collections.Counter(state.hash for state in states.values())
         if len(votes) < 2:
             return
         most = votes.most_common()
         good = most[0][0]
         if most[0][1] == most[1][1]:
-            if self._lease.owner not in of_time:
+            if self._lease.owner not in states:
                 return
-            good = of_time[self._lease.owner][0]
-        parts = next(parts for value, parts in of_time.values() if value == good)
-        for name, (value, _) in of_time.items():
-            if value == good or name in self._different:
+            good = states[self._lease.owner].hash
+        parts = next(state.parts for state in states.values() if state.hash == good)
+        for name, state in states.items():
+            if state.hash == good or state.life in self._different:
                 continue
-            self._different.add(name)
-            why = f"at world time {at_ns} ns its state has hash {value}, that of the others is {good}"
+            self._different.add(state.life)
+            why = f"at world time {moment[0]} ns its state has hash {state.hash}, that of the others is {good}"
             print(f"camrig farm: node {name} is stopped: {why}", file=sys.stderr, flush=True)
-            await self._bus.publish(self._subjects.stop, json.dumps({"node": name, "at_ns": at_ns, "why": why, "parts": parts}).encode())
+            stop = {"node": name, "life": state.life, "moment": moment, "why": why, "parts": parts}
+            await self._bus.publish(self._subjects.stop, json.dumps(stop).encode())

@@ -12,8 +12,8 @@ from typing import Any
 
 from ...errors import CamrigError
 from .budget import PIECE_BYTES, Budget, Claim, read_line
-from .door import Client, Door, text_of
-from .wire import CONNECT_S
+from .door import Client, Door
+from .wire import CONNECT_S, line_of
 from .wrong_tokens import WrongTokens
 
 #: Connections: on the Unix socket, and as many over TCP; of these, that have shown no token yet.
@@ -26,7 +26,7 @@ _LINGER_S = 1.0
 
 
 def _error(kind: str, message: str, request_id: Any = None) -> bytes:
-    return text_of({"jsonrpc": "2.0", "id": request_id, "error": {"code": -32000, "message": message, "data": {"kind": kind}}})
+    return line_of({"jsonrpc": "2.0", "id": request_id, "error": {"code": -32000, "message": message, "data": {"kind": kind}}})
 
 
 def _refuse_if_taken(path: str) -> None:
@@ -80,7 +80,7 @@ class SocketDoor:
         shown = asked["params"]["token"] if asked["method"] == "auth" else None
         is_known = isinstance(shown, str) and hmac.compare_digest(shown.encode(), (self._door.token or "").encode())
         if is_known:
-            answer = text_of({"jsonrpc": "2.0", "id": asked.get("id"), "result": {"authorized": True}})
+            answer = line_of({"jsonrpc": "2.0", "id": asked.get("id"), "result": {"authorized": True}})
         else:
             if shown is not None:
                 await self._door.wrong_tokens.take(writer.get_extra_info("peername")[0])

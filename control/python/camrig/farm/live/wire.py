@@ -11,8 +11,13 @@ from typing import Any, Mapping
 from ...errors import CamrigError, error_of_reply
 
 _MAX_LINE = 96 << 20
-_text = json.JSONEncoder(separators=(",", ":")).encode
+_encoded = json.JSONEncoder(separators=(",", ":")).encode
 CONNECT_S = 2.0
+
+
+def line_of(message: Any) -> bytes:
+    """As one line of the control protocol."""
+    return _encoded(message).encode() + b"\n"
 
 
 def url_of(report: Mapping[str, Any], target: str, scheme: str = "http") -> str:
@@ -74,7 +79,7 @@ class Wire:
             self._write(notification)
 
     def _write(self, message: Any) -> None:
-        self._writer.write(_text(message).encode() + b"\n")
+        self._writer.write(line_of(message))
 
     @property
     def unanswered(self) -> int:
@@ -95,11 +100,15 @@ class Wire:
                 answer = self._waiting.popleft()
                 if not answer.done():
                     answer.set_result(line)
-        except (OSError, ValueError):
+        except (OSError, ValueError, IndexError):  # the last: it says why it closes, and was asked nothing
             pass
         for answer in self._waiting:
             if not answer.done():
                 answer.set_exception(CamrigError("unavailable", "the rig closed the connection"))
+
+    async def ended(self) -> None:
+        """Returns when no answer comes any more."""
+        await asyncio.wait([self._task])
 
     def close(self) -> None:
         self._writer.close()
