@@ -259,6 +259,15 @@ def test_a_camera_whose_clock_is_its_own_is_recorded_at_its_own_instants(rig, tm
 
 
 @pytest.mark.camrig(**MINIMAL)
+@pytest.mark.parametrize("options", [("--raw",), ("--detections",)])
+def test_no_frame_of_a_camera_whose_trigger_comes_late_is_passed_over(rig, tmp_path, options):
+    rig.create_camera("cam", size=(64, 48), fps=10, place="main", clock={"trigger_jitter_ns": 50_000_000, "phase_ns": 80_000_000, "seed": 5})
+    summary = record(rig, tmp_path / "bag", "--seconds", 3, "--cameras", "cam", *options)
+    stamps = [stamp_ns(m.header) for m in messages(tmp_path / "bag")["/cam/camera_info"]]
+    assert summary["missing"]["cam"] == 0 and [(ns - 80_000_000) // 10**8 for ns in stamps][:29] == list(range(29))
+
+
+@pytest.mark.camrig(**MINIMAL)
 @pytest.mark.parametrize("fault, raw", [("drop", ()), ("drop", ("--raw",)), ("stall", ()), ("late", ()), ("restart", ())])
 def test_frames_that_a_fault_keeps_back_are_missing_and_end_no_recording(rig, tmp_path, fault, raw):
     rig.create_camera("cam", size=(64, 48), fps=10, place="main")
@@ -270,6 +279,29 @@ def test_frames_that_a_fault_keeps_back_are_missing_and_end_no_recording(rig, tm
     assert stamps[-4:] == [7, 8, 9, 10] and summary["frames"]["cam"] == len(stamps)
     # Which are late or in time is the stream's, and who was refused may come back after the next picture.
     assert summary["missing"]["cam"] == 10 - len(stamps) and (6 in stamps or fault == "restart") and (len(stamps) <= 5 or fault == "late")
+
+
+@pytest.mark.camrig(**MINIMAL)
+@pytest.mark.parametrize("raw", [(), ("--raw",)])
+def test_a_camera_whose_every_frame_is_kept_back_is_told_with_all_it_misses(rig, tmp_path, raw):
+    for name in ("cam", "seen"):
+        rig.create_camera(name, size=(64, 48), fps=10, place="main")
+    rig.fault.set("cam", "drop", probability=1)
+    summary = record(rig, tmp_path / "bag", "--cameras", "cam,seen", "--seconds", 1, *raw)
+    assert summary["frames"] == {"cam": 0, "seen": 10} and summary["missing"] == {"cam": 10, "seen": 0}
+
+
+@pytest.mark.camrig(**MINIMAL)
+def test_a_camera_that_shows_nothing_is_told_when_who_follows_is_stopped(rig, tmp_path, programs):
+    camera = rig.create_camera("cam", size=(64, 48), fps=10, place="main")
+    rig.fault.set("cam", "drop", probability=1)
+    environment = dict(os.environ, CAMRIG_PYTHON=sys.executable)
+    recorder = programs(command(rig, "--json", "ros2", "record", tmp_path / "bag", "--cameras", "cam", "--follow"), env=environment, stdout=subprocess.PIPE)
+    wait_until(lambda: camera.get()["readers"] == 1, what="the recorder's stream")
+    rig.step(seconds=1)
+    recorder.send_signal(signal.SIGINT)
+    said = json.loads(recorder.communicate(timeout=60)[0])
+    assert recorder.returncode == 0 and said["frames"] == {"cam": 0} and said["missing"] == {"cam": 10}
 
 
 @pytest.mark.camrig(**MINIMAL)
@@ -395,6 +427,48 @@ def test_a_camera_that_goes_or_changes_its_size_ends_no_recording(rig, tmp_path,
     assert [stamp_ns(m.header) for m in infos] == [n * 10**8 for n in range(1, 7)]
     assert [m.width for m in infos] == [64] * 2 + [80] * 4
     assert [stamp_ns(m.header) for m in found["/gone/camera_info"]] == [10**8, 2 * 10**8]
+
+
+@pytest.mark.camrig(**MINIMAL)
+@pytest.mark.parametrize("options", [("--follow",), ("--follow", "--seconds", 1)])
+def test_another_world_ends_a_recording_with_what_came_before(rig, tmp_path, programs, options):
+    camera = rig.create_camera("cam", size=(64, 48), fps=10, place="main")
+    rig.step(seconds=0.4)
+    environment = dict(os.environ, CAMRIG_PYTHON=sys.executable)
+    recorder = programs(command(rig, "ros2", "record", tmp_path / "bag", "--cameras", "cam", *options), env=environment, stderr=subprocess.PIPE)
+    wait_until(lambda: camera.get()["readers"] == 1, what="the recorder's stream")
+    rig.step(seconds=0.3)
+    wait_for_pictures(tmp_path / "bag", 3)
+    rig.load("minimal")
+    said = recorder.communicate(timeout=60)[1].decode()
+    assert recorder.returncode == 1 and "another world was loaded" in said and len(said.strip().splitlines()) == 1, said
+    assert [stamp_ns(m.header) for m in messages(tmp_path / "bag")["/cam/camera_info"]] == [500_000_000, 600_000_000, 700_000_000]
+
+
+def loads_between_steps(rig, scene) -> bool:
+    """Loads another world; False while a step of somebody else is in progress, for which a load is refused."""
+    try:
+        rig.load(scene)
+    except camrig.CamrigError as refused:
+        if refused.kind != "unavailable":
+            raise
+        return False
+    return True
+
+
+@pytest.mark.camrig(**MINIMAL)
+@pytest.mark.parametrize("raw", [(), ("--raw",)])
+def test_another_world_ends_a_recording_that_steps_it(rig, tmp_path, programs, raw):
+    rig.create_camera("cam", size=(64, 48), fps=100, place="main")
+    rig.step(seconds=0.4)
+    environment = dict(os.environ, CAMRIG_PYTHON=sys.executable)
+    recorder = programs(command(rig, "ros2", "record", tmp_path / "bag", "--cameras", "cam", "--seconds", 1000, *raw), env=environment, stderr=subprocess.PIPE)
+    wait_until(lambda: rig.status()["world_ns"] >= 600_000_000, what="some instants")
+    wait_until(lambda: loads_between_steps(rig, "minimal"), what="a moment between two steps of the recorder")
+    said = recorder.communicate(timeout=60)[1].decode()
+    assert recorder.returncode == 1 and "another world was loaded" in said and len(said.strip().splitlines()) == 1, said
+    stamps = [stamp_ns(m.header) for m in next(items for topic, items in messages(tmp_path / "bag").items() if "image_raw" in topic)]
+    assert len(stamps) >= 15 and stamps == [410_000_000 + n * 10_000_000 for n in range(len(stamps))]
 
 
 @pytest.mark.camrig(**MINIMAL)

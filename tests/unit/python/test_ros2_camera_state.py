@@ -94,3 +94,15 @@ def test_the_optical_frame_looks_along_the_x_axis_of_the_link():
     )
     right, down, forward = rotation.T  # axes of the optical frame, in the link's: x forward, y left, z up
     assert np.allclose([right, down, forward], [[0, -1, 0], [0, 0, -1], [1, 0, 0]])
+
+
+@pytest.mark.parametrize("clock", [{"phase_ns": 1_000_000}, {"rate_ppb": -1_000_000}, {"trigger_jitter_ns": 20_000_000}])
+def test_no_step_passes_two_exposures_of_a_clock_that_moves_them(clock):
+    """They are half a period apart and a thousandth less, at the least."""
+    state = CameraState.of(reply(fps=25, clock=clock))
+    assert 0 < state.next_due_ns(10**9) - 10**9 < 19_900_000
+
+
+def test_a_clock_that_only_says_wrong_times_leaves_the_grid_as_it_is():
+    state = CameraState.of(reply(fps=25, clock={"offset_ns": 5, "phase_ns": 0, "rate_ppb": 0, "trigger_jitter_ns": 0}))
+    assert state.next_due_ns(10**9) == 1_040_000_000

@@ -8,7 +8,7 @@ from fractions import Fraction
 from typing import Any, Mapping
 
 from ..errors import CamrigError
-from ..frame_times import due_count, next_due_ns, rate_of
+from ..frame_times import due_count, due_ns, next_due_ns, rate_of
 
 WORLD_FRAME = "map"
 
@@ -27,6 +27,7 @@ class CameraState:
     size: tuple[int, int]
     rate: Fraction
     phase_ns: int
+    leaves_grid: bool  # its clock has it expose beside the grid of its rate
     intrinsics: tuple[float, float, float, float]  # fx, fy, cx, cy
     distortion_model: str
     distortion: tuple[float, ...]
@@ -35,6 +36,7 @@ class CameraState:
 
     @classmethod
     def of(cls, reply: Mapping[str, Any]) -> CameraState:
+        clock = reply.get("clock") or {}
         intrinsics, lens, pose = reply.get("shown_intrinsics", reply["intrinsics"]), reply.get("lens") or {}, reply.get("world_pose", reply["pose"])
         model = lens.get("model", "pinhole")
         coefficients = tuple(float(c) for c in lens.get("coefficients", ()))
@@ -48,7 +50,8 @@ class CameraState:
             name=reply["name"],
             size=(int(width), int(height)),
             rate=rate_of(reply["fps"]),
-            phase_ns=(reply.get("clock") or {}).get("phase_ns", 0),
+            phase_ns=clock.get("phase_ns", 0),
+            leaves_grid=any(clock.get(key) for key in ("phase_ns", "rate_ppb", "trigger_jitter_ns")),
             intrinsics=tuple(float(intrinsics[key]) for key in ("fx", "fy", "cx", "cy")),  # type: ignore[arg-type]
             distortion_model=model,
             distortion=coefficients,
@@ -80,7 +83,8 @@ class CameraState:
         return (fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0)
 
     def next_due_ns(self, after_ns: int) -> int:
-        return next_due_ns(self.rate, after_ns)
+        """The next exposure; beside the grid, where they may come after little less than half a period, a time until which there is one at most."""
+        return after_ns + due_ns(self.rate, 1) // 3 if self.leaves_grid else next_due_ns(self.rate, after_ns)
 
     def due_count(self, after_ns: int, until_ns: int) -> int:
         return due_count(self.rate, after_ns, until_ns, self.phase_ns)

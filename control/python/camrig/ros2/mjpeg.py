@@ -8,7 +8,7 @@ import socket
 import threading
 from dataclasses import dataclass
 from typing import Callable
-from urllib.parse import urlsplit
+from urllib.parse import urljoin, urlsplit
 
 from ..errors import CamrigError
 
@@ -32,19 +32,30 @@ class MjpegStream:
 
     def __init__(self, camera: str, url: str) -> None:
         self._camera = camera
-        parts = urlsplit(url)
-        self._connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=_TIMEOUT_S)
-        try:
-            self._connection.request("GET", f"{parts.path}?{parts.query}")
-            self._response = self._connection.getresponse()
-        except (OSError, http.client.HTTPException) as problem:
+        self._ask(url)
+        if self._response.status == 307:  # a farm's door names the camera's node; its token, where it has one, is in that URL already
             self._connection.close()
-            raise CamrigError("unavailable", f"camera {camera}: no stream: {problem}") from problem
+            self._ask(urljoin(url, self._response.headers.get("Location", "")))
         if self._response.status != 200:
             body = self._response.read(_MAX_LINE)
             self._connection.close()
             raise _refusal(camera, self._response.status, body)
         self._socket = self._connection.sock or self._response.fp.raw._sock  # type: ignore[union-attr]
+
+    def _ask(self, url: str) -> None:
+        try:
+            parts = urlsplit(url)
+            if parts.scheme != "http":
+                raise ValueError(f"it is sent to a URL of {parts.scheme}")
+            self._connection = http.client.HTTPConnection(parts.hostname or "", parts.port, timeout=_TIMEOUT_S)
+        except (ValueError, http.client.HTTPException) as problem:
+            raise CamrigError("unavailable", f"camera {self._camera}: no stream: {problem}") from problem
+        try:
+            self._connection.request("GET", f"{parts.path}?{parts.query}" if parts.query else parts.path)
+            self._response = self._connection.getresponse()
+        except (OSError, ValueError, http.client.HTTPException) as problem:
+            self._connection.close()
+            raise CamrigError("unavailable", f"camera {self._camera}: no stream: {problem}") from problem
 
     def next(self) -> Frame | None:
         """The next part, or None when the stream has ended (camera deleted or of a new size, rig gone, closed)."""

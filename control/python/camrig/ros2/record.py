@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
 from collections import Counter
 from dataclasses import dataclass, field
@@ -67,7 +68,7 @@ class Recorder:
         self._ended: set[str] = set()
         self._last: dict[str, tuple[int, int]] = {}  # sequence and world time of the last frame
         self._wall_offset_ns = _wall_offset_ns()
-        self.progress = Progress(world_ns=status["world_ns"])
+        self.progress = Progress(world_ns=status["world_ns"], frames=Counter(dict.fromkeys(self._cameras, 0)))
         self._start_ns = status["world_ns"]
         self._end_ns = None if options.seconds is None else self._start_ns + round(options.seconds * 1e9)
         self._bag = Bag(options.out, self._topics(), options.bag, self._opening)
@@ -87,6 +88,11 @@ class Recorder:
                 self._drive()
             else:
                 self._follow()
+        except CamrigError:
+            with contextlib.suppress(CamrigError):  # a picture that cannot be had may be one of a world that is gone
+                self._poll()
+            self._check_world()
+            raise
         finally:
             for reader in self._readers.values():
                 reader.close()
@@ -117,6 +123,8 @@ class Recorder:
         if not names:
             raise CamrigError("not_found", "the rig has no camera; make one with: camrig camera create NAME")
         self._cameras = {name: StateHistory() for name in self._options.cameras or names}
+        self._latest: dict[str, tuple[int, int]] = {}  # sequence and world time of what each shows
+        self._world_is_gone = False
         self._poll(replies)
 
     def _poll(self, replies: list[dict[str, Any]] | None = None) -> None:
@@ -124,8 +132,19 @@ class Recorder:
         replies = self._rig.call("camera.list")["cameras"] if replies is None else replies
         there = {reply["name"]: reply for reply in replies}
         self._active = [name for name in self._cameras if name in there]
+        latest = {name: (there[name]["sequence"], there[name]["applied_ns"]) for name in self._active}
+        if any(sequence > self._latest[name][0] and ns < self._latest[name][1] for name, (sequence, ns) in latest.items() if name in self._latest):
+            self._world_is_gone = True
+        if self._world_is_gone:  # frames that still come are of the cameras as they were
+            return
+        self._latest.update(latest)
         for name in self._active:
-            self._cameras[name].add(there[name]["applied_ns"], CameraState.of(there[name]))
+            self._cameras[name].add(latest[name][1], CameraState.of(there[name]))
+
+    def _check_world(self) -> None:
+        """In another world, time begins at 0; the sequence numbers of its cameras go on."""
+        if self._world_is_gone:
+            raise CamrigError("unavailable", "another world was loaded into the rig (world.load), and its time began at 0: the bag holds what came before") from None
 
     def _topics(self) -> list[Topic]:
         topics = [Topic("/tf_static", messages.TF, latched=True), Topic("/tf", messages.TF)]
@@ -181,11 +200,12 @@ class Recorder:
         while not self._stopping and now_ns < self._end_ns:
             self._renew_readers(now_ns)
             due_ns = min([self._end_ns, *(self._cameras[name].now.next_due_ns(now_ns) for name in self._active)])
-            self._step(due_ns - now_ns)
+            self._step(now_ns, due_ns)
             self._poll()
+            self._check_world()
             # Who was refused until now may read from this instant on.
             self._renew_readers(now_ns)
-            # A camera whose clock runs its own way has its instants beside the grid; one that exposes for long leaves some out.
+            # A camera whose clock runs its own way shows nothing new in most steps; one that exposes for long leaves some out.
             read = self._active if self._options.raw else [name for name in self._active if name in self._readers]
             shown = {name: ns for name in read if (ns := self._cameras[name].latest_ns) > now_ns}
             for name in self._kept_back(shown):
@@ -198,6 +218,7 @@ class Recorder:
             self._tell(now_ns)
         self._write(self._inbox.take(0))
         self._count_the_rest()
+        self._count_unseen(now_ns)
 
     def _kept_back(self, shown: Mapping[str, int]) -> list[str]:
         """Cameras whose picture of this instant a fault keeps from us; it is counted as missing when the next one comes."""
@@ -216,9 +237,15 @@ class Recorder:
             if (name := reply["name"]) in self._last:
                 self.progress.missing[name] += max(0, reply["sequence"] - self._last[name][0])
 
-    def _step(self, nanoseconds: int) -> None:
-        if nanoseconds > 0:
-            self._rig.step(nanoseconds=nanoseconds)
+    def _count_unseen(self, until_ns: int) -> None:
+        """All frames of the cameras from which none came."""
+        for name in self._active:
+            if name not in self._last:
+                self.progress.missing[name] = self._cameras[name].now.due_count(self._start_ns, until_ns)
+
+    def _step(self, now_ns: int, due_ns: int) -> None:
+        if due_ns > now_ns and self._rig.step(nanoseconds=due_ns - now_ns)["world_ns"] < due_ns:
+            self._world_is_gone = True
 
     def _collect(self, shown: Mapping[str, int]) -> list[Frame]:
         """What came, with these cameras' frames of these world times."""
@@ -228,7 +255,10 @@ class Recorder:
             left_s = deadline - time.monotonic()
             if left_s <= 0:
                 raise CamrigTimeout("unavailable", "no frame " + ", ".join(f"of world time {ns} ns from {name}" for name, ns in sorted(waiting)))
-            frames += self._inbox.take(left_s)
+            if not (came := self._inbox.take(min(left_s, _POLL_S))):
+                self._poll()
+                self._check_world()
+            frames += came
             self._ended |= self._inbox.take_ended()
         return frames
 
@@ -251,10 +281,13 @@ class Recorder:
             self._poll()
             self._renew_readers(self._start_ns)
             self._write(frames)
+            self._check_world()
             world_ns = max((world_ns for _, world_ns in self._last.values()), default=self._start_ns)
             self._tell(world_ns if end_ns is None else min(world_ns, end_ns))
             if not self._active or (end_ns is not None and self._is_over(end_ns)):
                 return
+        world_ns = self._rig.status()["world_ns"]
+        self._count_unseen(world_ns if end_ns is None else min(world_ns, end_ns))
 
     def _is_over(self, end_ns: int) -> bool:
         late = {name: self._cameras[name].now.due_count(self._seen_ns(name), end_ns) for name in self._active}
