@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "control/client/endpoint.h"
 #include "tools/camrig/cli_commands.h"
 
 namespace camrig::cli {
@@ -12,7 +13,13 @@ void add_exec_command(CLI::App& app, CliContext& context, const CliHooks& hooks)
     exec->add_option("COMMAND", *command, "after --: the program and its arguments")->required();
     exec->callback([command, &context, &hooks] {
         context.action = [command, &context, &hooks] {
-            return hooks.exec(*command, context.control.empty() ? client::default_control() : context.control);
+            const std::string control = context.control.empty() ? client::default_control() : context.control;
+            if (const auto at = client::Endpoint::parse(control); !at || !at->host.empty())
+                return context.usage(
+                    "--control: devices are those of a rig on this machine; give the path of its "
+                    "socket, and no address as " +
+                    control);
+            return hooks.exec(*command, control);
         };
     });
 }

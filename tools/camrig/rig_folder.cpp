@@ -3,6 +3,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 #include <thread>
 
 #include <fcntl.h>
@@ -61,6 +63,15 @@ Result<RigFolder> RigFolder::claim(const std::string& control) {
 
 RigFolder::~RigFolder() {
     if (!path_.empty()) ::rmdir(path_.c_str());  // before the lock goes
+}
+
+std::string real_device_socket_of(const std::string& control) {
+    namespace fs = std::filesystem;
+    const fs::path socket = device_socket_of(control);
+    std::error_code problem;
+    fs::path folder = fs::absolute(socket.parent_path(), problem);
+    if (!problem) folder = fs::weakly_canonical(folder, problem);  // it may not be there yet
+    return problem ? socket.string() : (folder / socket.filename()).string();
 }
 
 }  // namespace camrig::cli

@@ -29,9 +29,12 @@ private:
     UniqueFd lock_;
 };
 
-/// The socket of a rig's user-space devices: `camrig exec` finds it by the same rule.
+/// The socket of a rig's user-space devices.
 inline std::string device_socket_of(const std::string& control) {
     return RigFolder::path_of(control) + "/devices";
 }
+/// The same, absolute and without links: what programs are given, which go to other folders and compare it with names
+/// that the kernel tells.
+std::string real_device_socket_of(const std::string& control);
 
 }  // namespace camrig::cli

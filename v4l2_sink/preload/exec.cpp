@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <system_error>
 
+#include <sys/un.h>
 #include <unistd.h>
 
 namespace camrig::device {
@@ -41,6 +42,18 @@ int exec_with_devices(const std::vector<std::string>& command, const std::string
     const std::string library = find_device_library();
     if (library.empty() || ::access(library.c_str(), R_OK) != 0) {
         std::fprintf(stderr, "camrig exec: %s not found; set CAMRIG_DEVICE_LIBRARY to its path\n", library_name);
+        return 1;
+    }
+    if (device_socket.size() >= sizeof(sockaddr_un::sun_path)) {
+        std::fprintf(stderr, "camrig exec: %s: a socket's name may have %zu bytes; choose a shorter --control\n",
+                     device_socket.c_str(), sizeof(sockaddr_un::sun_path) - 1);
+        return 1;
+    }
+    if (library.find_first_of(" :") != std::string::npos) {
+        std::fprintf(stderr,
+                     "camrig exec: %s: LD_PRELOAD takes no name with a blank or a colon; set CAMRIG_DEVICE_LIBRARY to "
+                     "a link without them\n",
+                     library.c_str());
         return 1;
     }
     // It may be started after the program, which then finds its devices.

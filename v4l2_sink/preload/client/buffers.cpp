@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <string.h>
+#include <sys/auxv.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 
@@ -15,7 +16,6 @@ namespace camrig::device {
 
 namespace {
 
-constexpr uint32_t page_mask = 4095;
 constexpr uint32_t default_least_buffers = 2;
 constexpr uint64_t max_buffer_memory = uint64_t{8} << 30;  // address space; memory is used as pictures arrive
 constexpr uint32_t capture = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -58,9 +58,10 @@ void fill(const Device& device, uint32_t index, v4l2_buffer& out) {
     out.timestamp.tv_usec = static_cast<long>(buffer.monotonic_ns % 1'000'000'000u / 1000u);
 }
 
-/// Whole pages that hold so many bytes.
+/// Whole pages that hold so many bytes: mmap() takes offsets of whole pages only, of 4, 16 or 64 KiB.
 uint64_t in_pages(uint32_t length) {
-    return (uint64_t{length} + page_mask) & ~uint64_t{page_mask};
+    const uint64_t page_mask = getauxval(AT_PAGESZ) - 1;
+    return (length + page_mask) & ~page_mask;
 }
 
 /// Adds up to `count` buffers of `length` bytes; how many were added.
@@ -91,8 +92,19 @@ uint32_t add_buffers(Device& device, uint32_t count, uint32_t length) {
 
 void wake(Device& device) {
     if (device.waiters == 0) return;
+    ++device.wakes;
+    device.waking = device.waiters;
     const uint64_t one = 1;
     raw_syscall(SYS_write, device.wake_fd, arg(&one), sizeof one);
+}
+
+/// `wakes`: how many there were when the wait began. The last thread to be woken clears wake_fd: if the first did, the
+/// others would sleep on; if none did, nobody could wait any more.
+void end_wait(Device& device, uint32_t wakes) {
+    --device.waiters;
+    if (wakes == device.wakes || --device.waking > 0) return;
+    uint64_t drained;
+    raw_syscall(SYS_read, device.wake_fd, arg(&drained), sizeof drained);
 }
 
 void stop(Device& device, int fd) {
@@ -195,6 +207,7 @@ int request_buffers(Device& device, v4l2_requestbuffers& request) {
     const uint32_t wanted = count < default_least_buffers ? default_least_buffers
                             : count > camrig_max_buffers  ? static_cast<uint32_t>(camrig_max_buffers)
                                                           : count;
+    if (const int problem = refresh_format(device)) return problem;
     const uint32_t bytes = image_bytes(device.format.fourcc, device.format.width, device.format.height);
     request.count = add_buffers(device, wanted, bytes);
     if (request.count > 0) return 0;
@@ -211,6 +224,7 @@ int create_buffers(Device& device, v4l2_create_buffers& request) {
     request.index = device.buffer_count;
     if (request.count == 0) return request.memory == V4L2_MEMORY_MMAP ? 0 : EINVAL;
     if (request.format.type != capture || request.memory != V4L2_MEMORY_MMAP) return EINVAL;
+    if (const int problem = refresh_format(device)) return problem;
     const uint32_t least = image_bytes(device.format.fourcc, device.format.width, device.format.height);
     const uint32_t bytes = request.format.fmt.pix.sizeimage;
     if (bytes < least || bytes > (1u << 30)) return EINVAL;
@@ -260,12 +274,13 @@ int queue_buffer(Device& device, v4l2_buffer& requested) {
 int dequeue_buffer(Device& device, int fd, v4l2_buffer& out) {
     if (out.type != capture) return EINVAL;
     bool waited = false;
+    uint32_t wakes = 0;
     for (;;) {
         pollfd wait[2]{};
         {
             Locked guard(device.lock);
-            if (waited) --device.waiters;
-            if (!device.streaming || out.memory != V4L2_MEMORY_MMAP) return EINVAL;
+            if (waited) end_wait(device, wakes);
+            if (!device.streaming) return EINVAL;
             if (has_failed(device)) return EIO;
             uint32_t index = 0;
             switch (try_take(device, fd, index)) {
@@ -280,8 +295,8 @@ int dequeue_buffer(Device& device, int fd, v4l2_buffer& out) {
             const int flags = sys_fcntl(fd, F_GETFL);
             if (flags < 0) return EBADF;
             if ((flags & O_NONBLOCK) != 0) return EAGAIN;
-            uint64_t drained;
-            if (device.waiters++ == 0) raw_syscall(SYS_read, device.wake_fd, arg(&drained), sizeof drained);
+            ++device.waiters;
+            wakes = device.wakes;
             waited = true;
             // Without a buffer only the rig's death is of interest on the socket.
             wait[0] = {fd, static_cast<short>(device.queue_count > 0 ? POLLIN : 0), 0};
@@ -289,7 +304,7 @@ int dequeue_buffer(Device& device, int fd, v4l2_buffer& out) {
         }
         if (raw_syscall(SYS_ppoll, arg(wait), 2) == -EINTR) {
             Locked guard(device.lock);
-            --device.waiters;
+            end_wait(device, wakes);
             return EINTR;
         }
     }

@@ -69,8 +69,8 @@ struct Device {
     Buffer buffers[camrig_max_buffers];
     uint32_t queue[camrig_max_buffers];  // indices, oldest first
     uint32_t queue_first = 0, queue_count = 0;
-    int wake_fd = -1;  // wakes a blocked DQBUF
-    uint32_t waiters = 0;
+    int wake_fd = -1;                             // wakes a blocked DQBUF
+    uint32_t waiters = 0, waking = 0, wakes = 0;  // threads in DQBUF; those of them to be woken yet; how often
 
     camrig_reader_page* page = nullptr;
     const camrig_ring_header* ring = nullptr;
@@ -163,6 +163,9 @@ int set_parm(Device& device, v4l2_streamparm& parm);
 int get_selection(Device& device, v4l2_selection& selection);
 int crop_capabilities(Device& device, v4l2_cropcap& cropcap);
 uint32_t image_bytes(uint32_t fourcc, uint32_t width, uint32_t height);
+/// The rig knows the device's format, which another opener may have chosen; with buffers it is settled here. Call with
+/// lock held.
+int refresh_format(Device& device);
 /// Another opener has a higher V4L2 priority: calls that change things are refused.
 bool outranked(const Device& device);
 

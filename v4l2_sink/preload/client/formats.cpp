@@ -117,20 +117,6 @@ camrig_format adjusted(const Device& device, const v4l2_format& requested) {
     return result;
 }
 
-/// The rig knows the device's format; with buffers it is settled here.
-int refresh_format(Device& device) {
-    if (device.buffer_count > 0) return 0;
-    camrig_request request{};
-    request.type = camrig_request_get_format;
-    camrig_reply reply;
-    if (const int problem = transact(device, request, reply, nullptr)) return problem;
-    const camrig_format& format = reply.u.format;
-    if (has_size(device.description, format.fourcc, format.width, format.height) && format.rate.num > 0 &&
-        format.rate.den > 0)
-        device.format = format;
-    return 0;
-}
-
 int choose(Device& device, const camrig_format& format) {
     camrig_request request{};
     request.type = camrig_request_set_format;
@@ -166,6 +152,19 @@ uint32_t image_bytes(uint32_t fourcc, uint32_t width, uint32_t height) {
             if (const NumberFourcc* const numbers = number_fourcc(fourcc)) return bytes_a_number(*numbers) * pixels;
             return pixels + 2 * ((width + 1) / 2) * ((height + 1) / 2);
     }
+}
+
+int refresh_format(Device& device) {
+    if (device.buffer_count > 0) return 0;
+    camrig_request request{};
+    request.type = camrig_request_get_format;
+    camrig_reply reply;
+    if (const int problem = transact(device, request, reply, nullptr)) return problem;
+    const camrig_format& format = reply.u.format;
+    if (has_size(device.description, format.fourcc, format.width, format.height) && format.rate.num > 0 &&
+        format.rate.den > 0)
+        device.format = format;
+    return 0;
 }
 
 bool outranked(const Device& device) {

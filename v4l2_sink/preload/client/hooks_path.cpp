@@ -197,13 +197,10 @@ char* canonical(const char* name, char* to) {
     } else if (place.kind == PlaceKind::file) {
         // Inside the tree libc resolves the links; what is in front of /dev or /sys is cut off again.
         char inside[PATH_MAX], root[PATH_MAX];
-        const size_t root_length = strlen(place.path) - strlen(strstr(place.path, ".tree") + 5);
-        memcpy(root, place.path, root_length);
-        root[root_length] = 0;
-        char root_real[PATH_MAX];
-        if (real::realpath(place.path, inside) == nullptr || real::realpath(root, root_real) == nullptr) return nullptr;
-        if (strncmp(inside, root_real, strlen(root_real)) != 0) return nullptr;
-        strcpy(text, inside + strlen(root_real));
+        if (real::realpath(place.path, inside) == nullptr || real::realpath(tree_path(), root) == nullptr)
+            return nullptr;
+        if (strncmp(inside, root, strlen(root)) != 0) return nullptr;
+        strcpy(text, inside + strlen(root));
     } else {
         return nullptr;
     }

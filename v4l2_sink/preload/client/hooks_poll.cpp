@@ -67,7 +67,9 @@ int poll_with_events(pollfd* fds, nfds_t count, const timespec* limit, const sig
             fds[i].revents = watched[i].revents;
             if ((fds[i].events & POLLPRI) != 0) {
                 const Ref device(fds[i].fd);
-                if (device.get() != nullptr && event_pending(*device.get())) fds[i].revents |= POLLPRI;
+                // One that is gone counts as exceptional too, as in the kernel (v4l2_poll).
+                const bool gone = (fds[i].revents & POLLHUP) != 0;
+                if (device.get() != nullptr && (gone || event_pending(*device.get()))) fds[i].revents |= POLLPRI;
             }
             if (fds[i].revents != 0) ++ready;
         }

@@ -59,15 +59,61 @@ const char* last_component(const char* name) {
     return slash != nullptr ? slash + 1 : name;
 }
 
-/// Removes double slashes and "." components of an absolute name; ".." is left to the kernel (false).
-bool tidy(const char* name, char* out, size_t& length) {
+long mode_of(const char* path, bool follow, uint32_t& mode) {
+    struct stat info;
+    const long result = raw_syscall(SYS_newfstatat, AT_FDCWD, arg(path), arg(&info), follow ? 0 : AT_SYMLINK_NOFOLLOW);
+    mode = failed(result) ? 0 : info.st_mode;
+    return result;
+}
+
+/// Where a symbolic link leads.
+bool read_link(const char* path, char* target) {
+    const long got = raw_syscall(SYS_readlinkat, AT_FDCWD, arg(path), arg(target), PATH_MAX - 1);
+    if (got <= 0) return false;
+    target[got] = 0;
+    return true;
+}
+
+/// A name without the tree that it may lead into: a folder of ours that the program has opened.
+const char* without_tree(const char* full) {
+    return starts_with(full, tree_name) ? full + strlen(tree_name) : full;
+}
+
+/// In our tree links are relative and lead to folders and nodes, never to further links.
+constexpr int max_links = 1;
+
+bool tidy(const char* name, char* out, size_t& length, int links = max_links);
+
+/// Goes to the folder above, as ".." does: of a link, above the folder it leads to. False: not of a folder of ours.
+bool go_up(char* out, size_t& length, int links) {
+    const char* inside = without_tree(out);
+    if (*inside == 0) return true;  // above the root is the root
+    char path[PATH_MAX];
+    size_t path_length = 0;
+    if (!append(path, path_length, tree_name) || !append(path, path_length, inside)) return false;
+    uint32_t mode = 0;
+    mode_of(path, false, mode);
+    if (!S_ISDIR(mode) && !S_ISLNK(mode)) return false;
+    length = static_cast<size_t>(strrchr(out, '/') - out);
+    out[length] = 0;
+    if (S_ISDIR(mode)) return true;
+    char target[PATH_MAX];
+    return links > 0 && read_link(path, target) && tidy(target, out, length, links - 1) &&
+           go_up(out, length, links - 1);
+}
+
+/// Removes double slashes, "." and ".." components of an absolute name; ".." of what is not ours is left to the kernel
+/// (false).
+bool tidy(const char* name, char* out, size_t& length, int links) {
     while (*name != 0) {
         while (*name == '/') ++name;
         const char* end = strchr(name, '/');
         const size_t bytes = end != nullptr ? static_cast<size_t>(end - name) : strlen(name);
-        if (bytes == 2 && name[0] == '.' && name[1] == '.') return false;
-        if (bytes > 0 && !(bytes == 1 && name[0] == '.'))
+        if (bytes == 2 && name[0] == '.' && name[1] == '.') {
+            if (!go_up(out, length, links)) return false;
+        } else if (bytes > 0 && !(bytes == 1 && name[0] == '.')) {
             if (!append(out, length, "/", 1) || !append(out, length, name, bytes)) return false;
+        }
         name += bytes;
     }
     return true;
@@ -97,17 +143,14 @@ bool base_folder(int directory_fd, char* out, size_t& length) {
     return true;
 }
 
-long mode_of(const char* path, bool follow, uint32_t& mode) {
-    struct stat info;
-    const long result = raw_syscall(SYS_newfstatat, AT_FDCWD, arg(path), arg(&info), follow ? 0 : AT_SYMLINK_NOFOLLOW);
-    mode = failed(result) ? 0 : info.st_mode;
-    return result;
-}
-
 }  // namespace
 
 const char* socket_path() {
     return socket_name;
+}
+
+const char* tree_path() {
+    return tree_name;
 }
 
 __attribute__((constructor)) void read_environment() {
@@ -152,8 +195,7 @@ void find_place(int directory_fd, const char* name, Place& place) {
         if (!tidy(base, full, length)) return;
     }
     if (!tidy(name, full, length)) return;
-    const char* inside = full;
-    if (starts_with(full, tree_name)) inside += strlen(tree_name);  // a folder of ours that the program has opened
+    const char* inside = without_tree(full);
     if (!is_of_devices(inside)) return;
     if (strcmp(inside, "/dev/null") == 0) return;
 
@@ -167,11 +209,7 @@ void find_place(int directory_fd, const char* name, Place& place) {
         int number = video_number(inside + 5);
         if (number < 0 && is_link) {
             char target[PATH_MAX];
-            const long got = raw_syscall(SYS_readlinkat, AT_FDCWD, arg(place.path), arg(target), PATH_MAX - 1);
-            if (got > 0) {
-                target[got] = 0;
-                number = video_number(last_component(target));
-            }
+            if (read_link(place.path, target)) number = video_number(last_component(target));
         }
         if (number >= 0) {
             place.kind = PlaceKind::node;

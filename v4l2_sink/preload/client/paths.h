@@ -11,6 +11,8 @@ namespace camrig::device {
 
 /// $CAMRIG_DEVICE_SOCKET; empty: there is no rig, and nothing is ours.
 const char* socket_path();
+/// The folder of the tree.
+const char* tree_path();
 /// Done when the library is loaded; again when a test has changed the environment.
 void read_environment();
 

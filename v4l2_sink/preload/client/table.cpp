@@ -76,7 +76,7 @@ void reset(Device& device) {
     device.buffer_count = 0;
     device.streaming = false;
     device.queue_first = device.queue_count = 0;
-    device.waiters = 0;
+    device.waiters = device.waking = 0;
 }
 
 }  // namespace

@@ -104,6 +104,13 @@ bool uniform(const std::uint8_t* bytes, unsigned fourcc, unsigned width, unsigne
 int leave_unplugged(int fd, long pictures) {
     pollfd wait{fd, POLLIN, 0};
     if (poll(&wait, 1, 0) != 1 || (wait.revents & (POLLHUP | POLLERR)) == 0) die("no POLLHUP");
+    wait.events = POLLPRI;  // beside POLLHUP, as v4l2_poll() has it
+    if (poll(&wait, 1, 0) != 1 || (wait.revents & POLLPRI) == 0) die("no POLLPRI");
+    fd_set other;
+    FD_ZERO(&other);
+    FD_SET(fd, &other);
+    timeval now{0, 0};
+    if (select(fd + 1, nullptr, nullptr, &other, &now) != 1 || !FD_ISSET(fd, &other)) die("select of exceptions");
     v4l2_capability again{};
     v4l2_control control{V4L2_CID_BRIGHTNESS, 0};
     int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;

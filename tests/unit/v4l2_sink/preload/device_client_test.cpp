@@ -1,6 +1,7 @@
 // The library's calls against a real server, in one process: what a program sees from open() to close().
 
 #include <array>
+#include <cstring>
 #include <thread>
 
 #include <fcntl.h>
@@ -340,6 +341,46 @@ TEST_F(DeviceClientTest, TwoOpenersOfOneProgramShareOneQueue) {
     EXPECT_EQ(second.request(4), 0);
 }
 
+// A device has one format, however many descriptors lead to it.
+TEST_F(DeviceClientTest, AnOpenerReadsInTheFormatThatAnotherOneOfItsProgramChose) {
+    Opened chooser, reader;
+    ASSERT_EQ(chooser.set_format(V4L2_PIX_FMT_NV12, 160, 120), 0);
+    ASSERT_EQ(chooser.set_rate(10), 0);
+    ASSERT_EQ(reader.start(), 0);
+    for (int n = 0; n < 4; ++n) rig.show();
+    v4l2_buffer buffer;
+    ASSERT_EQ(reader.dequeue(buffer), 0);
+    EXPECT_EQ(buffer.bytesused, 160u * 120 * 3 / 2);
+    ASSERT_EQ(reader.dequeue(buffer), 0);
+    EXPECT_EQ(buffer.sequence, 1u);  // of each third picture
+    ASSERT_EQ(reader.stream(false), 0);
+    ASSERT_EQ(reader.request(0), 0);
+
+    ASSERT_EQ(chooser.set_format(V4L2_PIX_FMT_YUYV, 320, 240), 0);
+    v4l2_create_buffers more{};
+    more.count = 1;
+    more.memory = V4L2_MEMORY_MMAP;
+    more.format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    more.format.fmt.pix.sizeimage = 160 * 120 * 3 / 2;
+    EXPECT_EQ(reader.call(VIDIOC_CREATE_BUFS, more), EINVAL);
+    more.format.fmt.pix.sizeimage = 320 * 240 * 2;
+    EXPECT_EQ(reader.call(VIDIOC_CREATE_BUFS, more), 0);
+}
+
+// vb2 looks at the type alone, and some programs leave the rest zero.
+TEST_F(DeviceClientTest, DequeuingNeedsNoKindOfMemoryAndQueuingDoes) {
+    Opened program;
+    ASSERT_EQ(program.start(), 0);
+    rig.show();
+    v4l2_buffer buffer{};
+    buffer.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    ASSERT_EQ(program.call(VIDIOC_DQBUF, buffer), 0);
+    EXPECT_EQ(buffer.memory, static_cast<unsigned>(V4L2_MEMORY_MMAP));
+    buffer.memory = 0;
+    EXPECT_EQ(program.call(VIDIOC_PREPARE_BUF, buffer), EINVAL);
+    EXPECT_EQ(program.call(VIDIOC_QBUF, buffer), EINVAL);
+}
+
 TEST_F(DeviceClientTest, ControlsReachTheRigAndOthersHearOfIt) {
     Opened setter, listener(O_RDWR | O_NONBLOCK);
     v4l2_event_subscription requested{};
@@ -376,6 +417,37 @@ TEST_F(DeviceClientTest, StoppingWakesAWaitingReader) {
     }
 }
 
+// What wakes two waiting threads is over once both have seen it: else they would find it again and again.
+TEST_F(DeviceClientTest, TwoWaitingReadersRestAfterABufferWasQueued) {
+    Opened program;
+    ASSERT_EQ(program.request(2), 0);
+    ASSERT_EQ(program.stream(true), 0);
+    const device::Ref device(program.fd());
+    std::array<std::thread, 2> readers;
+    for (std::thread& reader : readers)
+        reader = std::thread([&] {
+            v4l2_buffer buffer;
+            EXPECT_EQ(program.dequeue(buffer), EINVAL);
+        });
+    const auto wait_for = [](const auto& condition) {
+        const TimeNs end = monotonic_now_ns() + patience_ms * ns_per_ms;
+        while (!condition() && monotonic_now_ns() < end) std::this_thread::yield();
+        return condition();
+    };
+    const auto both_wait = [&] {
+        const device::Locked guard(device.get()->lock);
+        return device.get()->waiters == 2;
+    };
+    EXPECT_TRUE(wait_for(both_wait));
+    EXPECT_EQ(program.queue(0), 0);
+    EXPECT_TRUE(wait_for([&] {
+        pollfd woken{device.get()->wake_fd, POLLIN, 0};
+        return both_wait() && ::poll(&woken, 1, 0) == 0;
+    }));
+    EXPECT_EQ(program.stream(false), 0);
+    for (std::thread& reader : readers) reader.join();
+}
+
 TEST_F(DeviceClientTest, ThreadsMayShareADevice) {
     Opened program;
     ASSERT_EQ(program.start(8), 0);
@@ -403,6 +475,34 @@ TEST_F(DeviceClientTest, ThreadsMayShareADevice) {
     stop = true;
     camera.join();
     controller.join();
+}
+
+// ".." leads from a folder to the one it is in, and from a link's folder to the one where the link leads.
+TEST_F(DeviceClientTest, NamesWithDotsAreThoseThatTheKernelWouldFind) {
+    const auto found = [](const char* name) {
+        device::Place place;
+        device::find_place(AT_FDCWD, name, place);
+        switch (place.kind) {
+            case device::PlaceKind::node:
+                return "node " + std::to_string(place.number);
+            case device::PlaceKind::file:
+                return std::string(std::strstr(place.path, ".tree") + 5);
+            default:
+                return std::string("foreign");
+        }
+    };
+    EXPECT_EQ(found("/dev/v4l/by-id/../../video10"), "node 10");
+    EXPECT_EQ(found("/dev/./v4l//../video10"), "node 10");
+    EXPECT_EQ(found("/../dev/video10"), "foreign");  // as all that does not begin like a device
+    EXPECT_EQ(found("/dev/../../dev/video10"), "node 10");
+    EXPECT_EQ(found("/sys/dev/char/81:10/../video10/name"), "/sys/class/video4linux/video10/name");
+    EXPECT_EQ(found("/sys/class/video4linux/video10/subsystem/../video4linux/video10/dev"),
+              "/sys/class/video4linux/video10/dev");
+    EXPECT_EQ(found("/dev/video10/../video10"), "foreign");  // not a folder
+    EXPECT_EQ(found("/dev/v4l/by-id/camrig-lobby-video-index0/../../video10"), "foreign");
+    EXPECT_EQ(found("/dev/nothing/../video10"), "foreign");
+    EXPECT_EQ(found("/dev/../etc/passwd"), "foreign");
+    EXPECT_EQ(found("/dev/../../devices.sock"), "foreign");
 }
 
 TEST_F(DeviceClientTest, ManyMayReadAtOnce) {
