@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -94,7 +95,7 @@ Result<std::filesystem::path> save_world(const LogPlace& log, const std::string&
 
 /// Does all of it again, as fast as the machine can, on a rig of world time 0 that may not run yet (in real time with
 /// the limit 0). Afterwards world time is that of the last command, or of the saved state, and runs on. Errors name the
-/// line, or that the state is not the saved one.
-Result<void> replay(const ReadCommandLog& log, RpcServer& rpc);
+/// line, or that the state is not the saved one. `must_end` is asked all the while: true ends it, with unavailable.
+Result<void> replay(const ReadCommandLog& log, RpcServer& rpc, const std::function<bool()>& must_end);
 
 }  // namespace camrig::control

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <chrono>
+#include <functional>
 #include <future>
 #include <optional>
 
@@ -15,8 +17,8 @@ constexpr std::size_t max_batch_of_replay = 1000;
 
 class Replay {
 public:
-    Replay(RpcServer& rpc, bool stands, TimeNs end_ns)
-        : rpc_(rpc), is_lockstep_(stands), stands_(stands), end_ns_(end_ns) {}
+    Replay(RpcServer& rpc, bool stands, TimeNs end_ns, const std::function<bool()>& must_end)
+        : rpc_(rpc), must_end_(must_end), is_lockstep_(stands), stands_(stands), end_ns_(end_ns) {}
 
     Result<void> run(const LoggedCommand& command) {
         if (command.method == "world.step") {
@@ -59,13 +61,14 @@ private:
         } else {
             auto there = send("world.digest", {{"at_ns", world_ns}});
             if (auto raised = call("world.limit", {{"until_ns", world_ns}}); !raised) return raised;
-            if (const auto answer = there.get(); !answer) return std::unexpected(answer.error());
+            if (const auto answer = wait_for(there); !answer) return std::unexpected(answer.error());
         }
         now_ns_ = world_ns;
         return collect();
     }
     Result<void> compare(const SavedState& saved) {
-        auto told = send("world.digest", {{"at_ns", saved.world_ns}}).get();
+        auto asked = send("world.digest", {{"at_ns", saved.world_ns}});
+        const auto told = wait_for(asked);
         if (!told) return std::unexpected(told.error());
         const std::string hash = told->value("hash", "");
         if (hash == saved.hash) return {};
@@ -83,7 +86,8 @@ private:
     }
     Result<void> collect() {
         for (auto& [answer, command] : std::exchange(waiting_, {})) {
-            const auto given = answer.get();
+            const auto given = wait_for(answer);
+            if (!given && given.error().kind == ErrorKind::unavailable) return std::unexpected(given.error());
             const std::string line = "line " + std::to_string(command.line);
             if (!given && !command.has_failed) return at(line, given.error());
             if (given && command.has_failed)
@@ -108,11 +112,19 @@ private:
         return answer;
     }
     Result<void> call(const std::string& method, const json& params) {
-        if (const auto answer = send(method, params).get(); !answer) return std::unexpected(answer.error());
+        auto asked = send(method, params);
+        if (const auto answer = wait_for(asked); !answer) return std::unexpected(answer.error());
         return {};
+    }
+    /// Or until it must end.
+    Result<json> wait_for(std::future<Result<json>>& answer) const {
+        while (answer.wait_for(std::chrono::milliseconds(50)) != std::future_status::ready)
+            if (must_end_()) return error(ErrorKind::unavailable, "was ended");
+        return answer.get();
     }
 
     RpcServer& rpc_;
+    const std::function<bool()>& must_end_;
     const bool is_lockstep_;
     bool stands_;
     TimeNs end_ns_;
@@ -127,10 +139,10 @@ private:
 
 }  // namespace
 
-Result<void> replay(const ReadCommandLog& log, RpcServer& rpc) {
+Result<void> replay(const ReadCommandLog& log, RpcServer& rpc, const std::function<bool()>& must_end) {
     TimeNs end_ns = log.saved ? log.saved->world_ns : 0;
     for (const LoggedCommand& command : log.commands) end_ns = std::max(end_ns, command.at_ns);
-    Replay again(rpc, log.identity.value("mode", "") == "lockstep", end_ns);
+    Replay again(rpc, log.identity.value("mode", "") == "lockstep", end_ns, must_end);
     if (auto begun = again.begin(); !begun) return begun;
     for (const LoggedCommand& command : log.commands)
         if (auto done = again.run(command); !done) return done;

@@ -43,7 +43,7 @@ std::variant<RpcRequest, RpcError> parse_one(json& value) {
     if (const auto params = value.find("params"); params != value.end()) {
         if (!params->is_object()) {
             const std::string hint = R"(params: must be an object like {"name":"lobby"}; parameters go by name)";
-            return RpcError{rpc_code::invalid_params, {ErrorKind::invalid_argument, hint}, id};
+            return RpcError{rpc_code::invalid_params, {ErrorKind::invalid_argument, hint}, id, !request.id.has_value()};
         }
         request.params = std::move(*params);
     }

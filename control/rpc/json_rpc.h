@@ -38,6 +38,7 @@ struct RpcError {
     int code = rpc_code::application;
     Error error;
     nlohmann::json id = nullptr;
+    bool is_of_notification = false;  ///< which gets no answer, also where its params are wrong (section 4.1)
 };
 
 struct RpcMessage {

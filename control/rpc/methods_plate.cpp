@@ -208,8 +208,11 @@ std::vector<Field> calibration_fields() {
         {"reason", "string", "the same in a sentence"},
         {"half_95", "object",
          "half widths of 95 % intervals: position, pan_deg, tilt_deg, roll_deg, focal_px, k1; 0 of what is known"},
-        {"person_share_95", "number", "of a person's height, the worst of the places clicked at"},
-        {"ground_m_95", "number", "of the place of a pixel on the ground, likewise", false, "m"},
+        {"person_share_95", "number or null",
+         "of a person's height, the worst of the places clicked at, or, if none were, of the ground in the lower half "
+         "of the photo; null: nobody is seen whole there"},
+        {"ground_m_95", "number or null", "of the place of a pixel on the ground, likewise; null: none is seen", false,
+         "m"},
         {"ground", "object or null", "`ground` of the backdrop's proxies: what is below the horizon, up to 80 m"},
         {"click_px", "number", "stated, or what the residuals tell", false, "px"},
         {"click_is_stated", "boolean", ""},

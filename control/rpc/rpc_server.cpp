@@ -257,7 +257,7 @@ bool RpcServer::handle(std::string_view text, std::function<void(RpcAnswer)> don
     bool reads = false;
     for (std::size_t i = 0; i < message.items.size(); ++i) {
         if (const auto* bad = std::get_if<RpcError>(&message.items[i])) {
-            batch->answer(i, error_answer(*bad));
+            batch->answer(i, bad->is_of_notification ? RpcAnswer() : error_answer(*bad));
             continue;
         }
         auto& request = std::get<RpcRequest>(message.items[i]);

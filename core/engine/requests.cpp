@@ -209,6 +209,12 @@ const frame::FrameRef* Requests::drawn_color(const CameraEntry& entry, std::span
     return nullptr;
 }
 
+void Requests::give_drawn(const Waiter& waiter, const frame::FrameRef& drawn) const {
+    if (waiter.picture.admit)
+        if (auto admitted = waiter.picture.admit(drawn->info().size); !admitted) return waiter.fail(admitted.error());
+    rig_.bus.transcode_once(drawn, waiter.picture.format, waiter.got_picture);
+}
+
 bool Requests::answer(const Waiter& waiter, TimeNs monotonic_ns) const {
     const CameraEntry* entry = rig_.cameras.find_id(waiter.camera);
     if (entry == nullptr) {
@@ -219,7 +225,7 @@ bool Requests::answer(const Waiter& waiter, TimeNs monotonic_ns) const {
     if (there && waiter.wants_color()) {
         if (const frame::FrameRef* drawn =
                 drawn_color(*entry, entry->latest.delivered().colors, waiter.picture.format)) {
-            rig_.bus.transcode_once(*drawn, waiter.picture.format, waiter.got_picture);
+            give_drawn(waiter, *drawn);
             return true;
         }
     }
@@ -264,7 +270,7 @@ void Requests::colors_drawn(const CameraEntry& entry, std::span<const frame::Fra
             ++it;
             continue;
         }
-        rig_.bus.transcode_once(*drawn, waiter.picture.format, waiter.got_picture);
+        give_drawn(waiter, *drawn);
         it = waiting_.erase(it);
     }
 }

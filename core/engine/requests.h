@@ -63,6 +63,8 @@ private:
     /// A picture that was drawn already and does for this format; nullptr: none.
     const frame::FrameRef* drawn_color(const CameraEntry& entry, std::span<const frame::FrameRef> frames,
                                        const stream::MediaFormat& format) const;
+    /// Answers with a picture that was drawn already, if it is admitted.
+    void give_drawn(const Waiter& waiter, const frame::FrameRef& drawn) const;
     DrawTask draw_picture(Waiters::iterator waiter, DueViews due);
     DrawTask draw_truth(Waiters::iterator waiter, const CameraEntry& entry, DueViews due);
     void end_drawing(Waiters::iterator waiter, TimeNs spent_ns);

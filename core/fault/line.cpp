@@ -17,10 +17,9 @@ std::optional<LineRate> line_rate(const FrameFaults& faults, std::string_view ou
 }
 
 bool Line::takes(const std::optional<LineRate>& rate, TimeNs now_ns, std::size_t bytes) {
-    if (!rate) {
-        free_ns_ = 0;
-        return true;
-    }
+    if (!rate || now_ns < last_ns_) free_ns_ = 0;
+    last_ns_ = now_ns;
+    if (!rate) return true;
     const TimeNs begin_ns = std::max(now_ns, free_ns_);
     if (begin_ns - now_ns > rate->queue_ns) return false;
     free_ns_ = begin_ns + std::llround(8e9 * static_cast<double>(bytes) / rate->bit_per_s);

@@ -16,7 +16,8 @@ struct LineRate {
     FaultRef by = {};  ///< of several faults, the one that lets it carry least
 };
 std::optional<LineRate> line_rate(const FrameFaults& faults, std::string_view output);
-/// The line to one reader, in world time, so that a run loses the same again.
+/// The line to one reader, in world time, so that a run loses the same again. Where time goes back another world was
+/// loaded, and nothing waits before the line.
 class Line {
 public:
     /// Whether so many bytes get through that are sent at that time; nullopt: the line carries all.
@@ -24,6 +25,7 @@ public:
 
 private:
     TimeNs free_ns_ = 0;  ///< it is busy until then
+    TimeNs last_ns_ = 0;  ///< the last call's now_ns
 };
 
 }  // namespace camrig::fault

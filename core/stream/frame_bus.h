@@ -114,8 +114,8 @@ struct FetchRequest {
     MediaFormat format;  ///< raw rgba8, jpeg or png
     /// Not null: the picture shows this instant, whether the camera is due then or not; min_ns says nothing.
     InstantRef instant = {};
-    /// Asked before anything is drawn, with the picture's size; an error is the answer. May be empty. On the engine's
-    /// thread; must not block.
+    /// Asked before anything is drawn or, of a picture that is there already, encoded, with the picture's size; an
+    /// error is the answer. May be empty. On the engine's thread; must not block.
     std::function<Result<void>(ImageSize)> admit = {};
 };
 

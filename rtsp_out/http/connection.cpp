@@ -266,12 +266,15 @@ std::optional<Reply> HttpConnection::examine(const Message& message, HttpRequest
         return error_reply(415, ErrorKind::invalid_argument, "POST /rpc needs 'Content-Type: application/json'");
     if (request.route.kind == RouteKind::stream && request.method == "HEAD") {
         if (const auto params = stream_params(request.target); !params) return error_reply(params.error());
-        if (const auto camera = state_.options.bus->find(request.route.camera); !camera)
+        if (const auto camera = PictureStream::find_open(*state_.options.bus, request.route.camera, peer_); !camera)
             return error_reply(camera.error());
         return PictureStream::head(PictureStream::Form::mjpeg);
     }
     if (request.route.kind == RouteKind::live && request.method == "HEAD") {
-        if (const auto params = live_params(request.target); !params) return error_reply(params.error());
+        const auto params = live_params(request.target);
+        if (!params) return error_reply(params.error());
+        for (const std::string& name : params->cameras)
+            if (const auto camera = state_.options.bus->find(name); !camera) return error_reply(camera.error());
         return PictureStream::head(PictureStream::Form::live);
     }
     return std::nullopt;

@@ -1,5 +1,7 @@
 #include "rtsp_out/http/handlers.h"
 
+#include <chrono>
+
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
@@ -61,7 +63,7 @@ Reply cameras_reply(ServerState& state) {
     return json_reply(nlohmann::json{{"cameras", std::move(list)}}.dump() + "\n");
 }
 
-Reply picture_reply(const stream::MediaUnit& unit, const HttpRequest& request) {
+Reply picture_reply(const stream::MediaUnit& unit, const HttpRequest& request, WallOffset& wall) {
     Reply reply;
     if (request.route.kind == RouteKind::floats) {
         const frame::FrameKind kind = request.route.frame;
@@ -78,7 +80,7 @@ Reply picture_reply(const stream::MediaUnit& unit, const HttpRequest& request) {
         reply.keep = unit.bytes;
     }
     const std::string etag = etag_of(unit.info, reply.data);
-    reply.fields = frame_fields(unit.info);
+    reply.fields = frame_fields(unit.info, wall);
     reply.fields.emplace_back("Cache-Control", "no-store");
     reply.fields.emplace_back("ETag", etag);
     if (!etag_matches(request.if_none_match, etag)) return reply;
@@ -110,7 +112,7 @@ asio::awaitable<Reply> picture(ServerState& state, AsyncEventRef event, const Ht
     auto got = co_await wait_for_answer(slot, event, state.options.limits.reply_time);
     if (!got) co_return error_reply(got.error());
     if (!*got) co_return error_reply(got->error());
-    Reply reply = picture_reply(**got, request);
+    Reply reply = picture_reply(**got, request, state.wall);
     claim->shrink_to(reply.data.size());
     reply.keep = std::make_shared<std::pair<std::shared_ptr<const void>, std::shared_ptr<ByteBudget::Claim>>>(
         std::move(reply.keep), claim);
@@ -132,12 +134,22 @@ asio::awaitable<Reply> truth(ServerState& state, AsyncEventRef event, const Http
     co_return json_reply(std::move(**got));
 }
 
+/// Nobody is told to come again (Retry-After): a command would be done twice.
+Reply unanswered_rpc(const std::string& why) {
+    Reply reply = error_reply(
+        {ErrorKind::unavailable, why + "; what was asked was given to the rig and may still be done: ask world.status "
+                                       "before you repeat a command"});
+    reply.fields.clear();
+    return reply;
+}
+
 asio::awaitable<Reply> rpc(ServerState& state, AsyncEventRef event, const HttpRequest& request) {
     if (!state.options.hooks.rpc) co_return not_built_in("/rpc");
     const auto slot = make_answer_slot<RpcText>(event);
     state.options.hooks.rpc(request.body, request.may_command, [slot](RpcText text) { slot->put(std::move(text)); });
-    auto got = co_await wait_for_answer(slot, event, state.options.limits.rpc_time);
-    if (!got) co_return error_reply(got.error());
+    const auto time = state.options.limits.rpc_time;
+    auto got = co_await wait_for_answer(slot, event, time);
+    if (!got) co_return unanswered_rpc("no answer within " + std::to_string(time / std::chrono::seconds(1)) + " s");
     if (got->pieces.empty()) {
         Reply nothing;
         nothing.status = 204;
@@ -208,6 +220,7 @@ asio::awaitable<Reply> answer(ServerState& state, AsyncEventRef event, const Htt
     try {
         co_return co_await dispatch(state, event, request);
     } catch (const std::bad_alloc&) {
+        if (request.route.kind == RouteKind::rpc) co_return unanswered_rpc("the rig has no memory for this answer");
         co_return error_reply({ErrorKind::resource_exhausted, "the rig has no memory for this answer; try again"});
     } catch (const std::exception& thrown) {
         what = thrown.what();

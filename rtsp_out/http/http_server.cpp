@@ -90,7 +90,8 @@ struct HttpServer::Impl final : stream::CameraObserver {
     void admit(tcp::socket socket, const std::optional<std::string>& device);
     Result<std::uint16_t> open_device_port(std::string device, std::uint16_t wanted);
     bool close_device_port(const std::string& device, std::uint16_t closed);
-    /// Sees to it that there is a place for one more; closes the one that has waited longest for a request if it must.
+    /// Sees to it that there is a place for one more; closes the one that has waited longest for a request if it must,
+    /// of this peer where it has as many as it may.
     bool make_room(const asio::ip::address& peer);
     void refuse(tcp::socket socket, const Error& why);
     void shut_down();
@@ -202,11 +203,16 @@ bool HttpServer::Impl::make_room(const asio::ip::address& peer) {
     const HttpLimits& limits = state.options.limits;
     const auto of_peer =
         static_cast<std::size_t>(std::ranges::count(state.connections, peer, &HttpConnection::peer_address));
-    if (of_peer >= (peer.is_loopback() ? limits.connections_per_local_peer : limits.connections_per_peer)) return false;
-    if (state.connections.size() < limits.connections && state.waiting.size() < limits.waiting_connections) return true;
-    if (state.waiting.empty()) return false;
+    const bool is_peer_full =
+        of_peer >= (peer.is_loopback() ? limits.connections_per_local_peer : limits.connections_per_peer);
+    if (!is_peer_full && state.connections.size() < limits.connections &&
+        state.waiting.size() < limits.waiting_connections)
+        return true;
+    const auto longest = std::ranges::find_if(
+        state.waiting, [&](const HttpConnection* one) { return !is_peer_full || one->peer_address() == peer; });
+    if (longest == state.waiting.end()) return false;
     ++state.counts.connections.displaced;
-    state.waiting.front()->close();
+    (*longest)->close();
     return true;
 }
 

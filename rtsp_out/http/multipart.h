@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/base/wall_offset.h"
 #include "core/stream/sink.h"
 
 namespace camrig::http {
@@ -19,6 +20,6 @@ inline constexpr std::string_view closing = "\r\n--frame--\r\n";
 
 /// The header fields of a part with Content-Length `bytes` (which a fault may make wrong), with the empty line after
 /// them. `camera`: named in X-Camera unless empty.
-std::string part_head(const stream::MediaUnit& unit, std::size_t bytes, std::string_view camera = {});
+std::string part_head(const stream::MediaUnit& unit, std::size_t bytes, WallOffset& wall, std::string_view camera = {});
 
 }  // namespace camrig::http

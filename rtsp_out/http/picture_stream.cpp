@@ -41,17 +41,21 @@ stream::MediaFormat jpeg_of(int quality, ImageSize size = {}) {
 
 }  // namespace
 
+Result<stream::CameraStream> PictureStream::find_open(stream::FrameBus& bus, const std::string& camera,
+                                                      const std::string& peer) {
+    auto found = bus.find(camera);
+    if (!found || !found->standing.refuses("mjpeg")) return found;
+    bus.note_refused(camera, "mjpeg", peer);
+    return error(ErrorKind::unavailable, "camera " + camera + " refuses connections (a fault)");
+}
+
 Result<std::unique_ptr<PictureStream>> PictureStream::open_mjpeg(ServerState& state, AsyncEventRef event,
                                                                  const std::string& camera, const StreamParams& params,
                                                                  const std::string& peer) {
     std::unique_ptr<PictureStream> stream(new PictureStream(state, std::move(event), Form::mjpeg, params.rate, peer));
     stream->follows_output_ = !params.quality;
-    const auto found = state.options.bus->find(camera);
+    const auto found = find_open(*state.options.bus, camera, peer);
     if (!found) return std::unexpected(found.error());
-    if (found->standing.refuses("mjpeg")) {
-        state.options.bus->note_refused(camera, "mjpeg", peer);
-        return error(ErrorKind::unavailable, "camera " + camera + " refuses connections (a fault)");
-    }
     const int quality = params.quality.value_or(mjpeg_options_of(found->outputs).quality);
     const auto channel = stream->add(*found, jpeg_of(quality));
     if (!channel) return std::unexpected(channel.error());
@@ -151,7 +155,8 @@ asio::awaitable<PictureStream::Failure> PictureStream::send_part(beast::tcp_stre
     const fault::FrameFaults* const faults = form_ == Form::mjpeg ? unit.info.faults.get() : nullptr;
     const auto wrong = faults ? fault::part_error(*faults) : std::nullopt;
     const std::size_t announced = wrong == fault::PartError::length ? bytes + bytes / 2 : bytes;
-    const std::string head = part_head(unit, announced, form_ == Form::live ? std::string_view(camera) : "");
+    const std::string head =
+        part_head(unit, announced, state_.wall, form_ == Form::live ? std::string_view(camera) : "");
     SendPieces pieces{asio::buffer(head), asio::buffer(unit.bytes->data(), bytes),
                       asio::buffer(wrong == fault::PartError::boundary ? without_boundary : after_picture)};
     const auto cut = faults ? fault::cut_part(*faults, bytes) : std::nullopt;

@@ -33,6 +33,9 @@ public:
         live,
     };
 
+    /// The camera, if it lets readers of MJPEG in.
+    static Result<stream::CameraStream> find_open(stream::FrameBus& bus, const std::string& camera,
+                                                  const std::string& peer);
     static Result<std::unique_ptr<PictureStream>> open_mjpeg(ServerState& state, AsyncEventRef event,
                                                              const std::string& camera, const StreamParams& params,
                                                              const std::string& peer);

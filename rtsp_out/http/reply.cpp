@@ -8,8 +8,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "core/base/clock.h"
-
 namespace camrig::http {
 namespace {
 
@@ -37,8 +35,8 @@ constexpr std::string_view reason_of(int status) {
 }
 
 /// The time of day that the camera's clock has, in seconds since 1970 with microseconds, as mjpg-streamer writes it.
-std::string unix_time_of(const frame::FrameInfo& info) {
-    const TimeNs utc_ns = realtime_now_ns() - monotonic_now_ns() + info.monotonic_ns + info.stamp_ns() - info.world_ns;
+std::string unix_time_of(const frame::FrameInfo& info, TimeNs wall_offset_ns) {
+    const TimeNs utc_ns = wall_offset_ns + info.monotonic_ns + info.stamp_ns() - info.world_ns;
     const std::string sign = utc_ns < 0 ? "-" : "", us = std::to_string(std::abs(utc_ns) % ns_per_s / ns_per_us);
     return sign + std::to_string(std::abs(utc_ns) / ns_per_s) + "." + std::string(6 - us.size(), '0') + us;
 }
@@ -117,13 +115,13 @@ std::string head_of(const Reply& reply, unsigned version, bool keep_alive) {
     return head;
 }
 
-std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info) {
+std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info, WallOffset& wall) {
     std::vector<std::pair<std::string, std::string>> fields{{"X-Sequence", std::to_string(info.sequence)},
                                                             {"X-World-Time-Ns", std::to_string(info.world_ns)},
                                                             {"X-Monotonic-Ns", std::to_string(info.monotonic_ns)}};
     if (info.clock) {
         fields.emplace_back("X-Stamp-Ns", std::to_string(info.stamp_ns()));
-        fields.emplace_back("X-Timestamp", unix_time_of(info));
+        fields.emplace_back("X-Timestamp", unix_time_of(info, wall.current()));
     }
     return fields;
 }

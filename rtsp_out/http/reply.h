@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/base/wall_offset.h"
 #include "core/frame/frame.h"
 
 namespace camrig::http {
@@ -43,8 +44,9 @@ inline Reply error_reply(int status, ErrorKind kind, std::string message) {
 /// Status line and fields up to and including the empty line. `version` is 10 or 11.
 std::string head_of(const Reply& reply, unsigned version, bool keep_alive);
 
-/// The fields that say which frame a picture is: X-Sequence, X-World-Time-Ns, X-Monotonic-Ns.
-std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info);
+/// The fields that say which frame a picture is: X-Sequence, X-World-Time-Ns, X-Monotonic-Ns; of a camera with a clock
+/// what it shows, too: X-Stamp-Ns, X-Timestamp.
+std::vector<std::pair<std::string, std::string>> frame_fields(const frame::FrameInfo& info, WallOffset& wall);
 
 /// The entity tag of a picture: its sequence, and a digest of its bytes, for a camera that is changed in a world that
 /// stands shows another picture of the same sequence.

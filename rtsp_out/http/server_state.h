@@ -11,6 +11,7 @@
 
 #include "core/base/byte_budget.h"
 #include "core/base/log_pace.h"
+#include "core/base/wall_offset.h"
 #include "core/stream/sink.h"
 #include "rtsp_out/http/http_options.h"
 
@@ -45,6 +46,7 @@ struct ServerState {
         "too many large pictures are being made or sent at once; read those that are due, try again");
     std::set<HttpConnection*> connections;  ///< open ones
     std::list<HttpConnection*> waiting;     ///< those whose next request has not arrived whole, longest wait first
+    WallOffset wall;
     LogPace token_log, accept_log;
     bool stopping = false;
 };

@@ -41,8 +41,8 @@ void PacketFaults::pass(GstBufferHandle packet, const fault::FrameFaults* faults
         }
         const TimeNs delay_ns = is_lost || delayed_.size() == max_delayed ? 0 : packet_delay_ns(*faults, number);
         if (delay_ns > 0)
-            delayed_.push_back(
-                {GstBufferHandle(gst_buffer_copy_deep(packet.get())), faults->frame.world_ns + delay_ns});
+            delayed_.push_back({GstBufferHandle(gst_buffer_copy_deep(packet.get())), faults->frame.world_ns,
+                                faults->frame.world_ns + delay_ns});
         if (is_lost || delay_ns > 0) packet.reset();
     }
     if (packet) {
@@ -63,8 +63,13 @@ void PacketFaults::tell_lost(const fault::FrameFaults* faults) {
 }
 
 void PacketFaults::arrive(const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent) {
+    const auto is_due = [faults](const Delayed& one) {
+        if (faults == nullptr) return true;
+        const TimeNs now_ns = faults->frame.world_ns;
+        return one.due_ns <= now_ns || now_ns < one.since_ns;  // time goes back: another world was loaded
+    };
     for (Delayed& one : delayed_)
-        if (faults == nullptr || one.due_ns <= faults->frame.world_ns) sent.push_back(std::move(one.packet));
+        if (is_due(one)) sent.push_back(std::move(one.packet));
     std::erase_if(delayed_, [](const Delayed& one) { return one.packet == nullptr; });
 }
 

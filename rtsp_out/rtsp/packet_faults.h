@@ -34,8 +34,8 @@ private:
         int overtaken_by = 0;  ///< so many are still to go before it
     };
     struct Delayed {
-        GstBufferHandle packet;  ///< a copy
-        TimeNs due_ns = 0;       ///< world time
+        GstBufferHandle packet;           ///< a copy
+        TimeNs since_ns = 0, due_ns = 0;  ///< world time
     };
     /// Sends what has been on its way for long enough, or all.
     void arrive(const fault::FrameFaults* faults, std::vector<GstBufferHandle>& sent);

@@ -1,40 +1,13 @@
 #include "rtsp_out/rtsp/rtp_timeline.h"
 
-#include <cmath>
-#include <cstdlib>
-
-#include "core/base/clock.h"
-
 namespace camrig::rtsp {
 namespace {
 
 constexpr std::int64_t ntp_seconds_at_1970 = 2'208'988'800;
-constexpr TimeNs clock_was_set_ns = 100 * ns_per_ms;
 /// Stream time 0 lies so far before the first picture, which may be some frames old.
 constexpr TimeNs lead_ns = 2 * ns_per_s;
 
 }  // namespace
-
-TimeNs WallOffset::measured() {
-    // Being preempted between the two clocks makes the offset wrong; the closest of some pairs is right.
-    constexpr int tries = 8;
-    TimeNs best_gap_ns = max_time_ns, offset_ns = 0;
-    for (int i = 0; i < tries; ++i) {
-        const TimeNs before_ns = monotonic_now_ns();
-        const TimeNs real_ns = realtime_now_ns();
-        const TimeNs gap_ns = monotonic_now_ns() - before_ns;
-        if (gap_ns >= best_gap_ns) continue;
-        best_gap_ns = gap_ns;
-        offset_ns = real_ns - before_ns - gap_ns / 2;
-    }
-    return offset_ns;
-}
-
-TimeNs WallOffset::current() {
-    const TimeNs now_ns = measure_();
-    if (std::abs(now_ns - offset_ns_) > clock_was_set_ns) offset_ns_ = now_ns;
-    return offset_ns_;
-}
 
 RtpTimeline::RtpTimeline(TimeNs now_ns, std::uint32_t rtp_offset, TimeNs wall_offset_ns)
     : base_ns_((now_ns - lead_ns) / ns_per_s * ns_per_s), rtp_offset_(rtp_offset), wall_offset_ns_(wall_offset_ns) {}

@@ -1,31 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
-#include <utility>
 
 #include "core/base/time.h"
 
 namespace camrig::rtsp {
-
-/// CLOCK_REALTIME minus CLOCK_MONOTONIC, one value for all streams of a rig, so that all of them give an instant the
-/// same absolute time.
-///
-/// Measured once, and again only when the real time clock was set (by more than a tenth of a second): streams that are
-/// made from then on have the new value, the others keep theirs until they end. One thread.
-class WallOffset {
-public:
-    /// `measure` gives the present difference of the clocks; by default this machine's.
-    explicit WallOffset(std::function<TimeNs()> measure = measured)
-        : measure_(std::move(measure)), offset_ns_(measure_()) {}
-    TimeNs current();
-
-private:
-    static TimeNs measured();
-
-    std::function<TimeNs()> measure_;
-    TimeNs offset_ns_;
-};
 
 /// By how much the simulated clocks of a stream's camera are wrong now (shown minus true time).
 struct StreamClock {

@@ -7,6 +7,7 @@
 
 #include <gst/rtsp-server/rtsp-server.h>
 
+#include "core/base/wall_offset.h"
 #include "rtsp_out/rtsp/media_feed.h"
 #include "rtsp_out/rtsp/rtsp_options.h"
 #include "rtsp_out/rtsp/rtsp_output.h"

@@ -64,7 +64,8 @@ void CommandHistory::prepare(const ServeOptions& options, engine::EngineOptions&
     if (waits && engine.mode == engine::RunMode::realtime) engine.limit_ns = 0;
 }
 
-Result<void> CommandHistory::begin(const ServeOptions& options, control::RpcServer& rpc) {
+Result<void> CommandHistory::begin(const ServeOptions& options, control::RpcServer& rpc,
+                                   const std::function<bool()>& must_end) {
     if (!before_ && !writer_) return {};
     const auto identity = identity_of(rpc);
     if (!identity) return std::unexpected(identity.error());
@@ -77,7 +78,7 @@ Result<void> CommandHistory::begin(const ServeOptions& options, control::RpcServ
                      "--replay " + options.replay.string() + ": is of another world: " + difference);
     if (writer_) writer_->set_muted(true);
     const TimeNs start_ns = monotonic_now_ns();
-    if (auto done = control::replay(*before_, rpc); !done)
+    if (auto done = control::replay(*before_, rpc, must_end); !done)
         return at("--replay " + options.replay.string(), done.error());
     if (writer_) writer_->set_muted(false);
     spdlog::info("--replay: {} commands done again in {:.1f} s", before_->commands.size(),

@@ -17,8 +17,8 @@ public:
     static Result<CommandHistory> open(const ServeOptions& options);
     /// The engine's options with what it needs.
     void prepare(const ServeOptions& options, engine::EngineOptions& engine) const;
-    /// Does again what was done, and begins to write. Before anybody else can command.
-    Result<void> begin(const ServeOptions& options, control::RpcServer& rpc);
+    /// Does again what was done, until it must end, and begins to write. Before anybody else can command.
+    Result<void> begin(const ServeOptions& options, control::RpcServer& rpc, const std::function<bool()>& must_end);
     /// The rig is not to serve after all: the log is as if it had not been begun.
     void undo();
     /// Empty: there is no log.

@@ -108,7 +108,7 @@ RigServers::RigServers(const ServeOptions& options, RigInputs& inputs, RunningRi
     facts_.add("renderer", rig.engine->renderer_description());
     facts_.add("control", options.control);
     facts_.add("host", options.host);
-    facts_.add("devices", device_socket_of(options.control));
+    facts_.add("devices", real_device_socket_of(options.control));
 }
 
 Result<void> RigServers::open() {

@@ -52,11 +52,22 @@ public:
         sigemptyset(&signals_);
         sigaddset(&signals_, SIGINT);
         sigaddset(&signals_, SIGTERM);
+        // A terminal that goes ends it in order too, but below nohup.
+        struct sigaction hang_up{};
+        if (::sigaction(SIGHUP, nullptr, &hang_up) == 0 && hang_up.sa_handler != SIG_IGN) sigaddset(&signals_, SIGHUP);
         pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
     }
     void wait() {
         int signal = 0;
         sigwait(&signals_, &signal);
+    }
+    /// Whether one came; what comes later is waited for.
+    bool has_come() const {
+        sigset_t pending{};
+        sigpending(&pending);
+        sigset_t both{};
+        sigandset(&both, &pending, &signals_);
+        return sigisemptyset(&both) == 0;
     }
 
 private:
@@ -113,7 +124,7 @@ int run_serve(const ServeOptions& options) {
         return fail(rig.error());
     }
     RigServers servers(options, *inputs, **rig, history->log());
-    auto opened = history->begin(options, servers.rpc());
+    auto opened = history->begin(options, servers.rpc(), [&stop] { return stop.has_come(); });
     if (opened) opened = servers.open();
     if (opened) {
         servers.print_addresses();

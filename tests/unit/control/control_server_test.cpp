@@ -359,6 +359,23 @@ TEST(ControlServer, AnotherRigAtTheSamePathIsAnError) {
     EXPECT_TRUE(harness.client().call("world.status"));
 }
 
+TEST(ControlServer, ASocketOfAnotherTypeThatLivesIsNotTakenAway) {
+    const TemporaryFolder folder;
+    const std::string path = (folder / "log").string();
+    const UniqueFd living(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    ASSERT_EQ(::bind(living.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    FakeRig rig;
+    RpcServer rpc(RpcContext{rig, rig});
+    ControlServerOptions options;
+    options.rpc = &rpc;
+    options.unix_path = path;
+    EXPECT_FALSE(ControlServer::create(options));
+    EXPECT_TRUE(std::filesystem::exists(path));
+}
+
 TEST(ControlServer, TheFileOfARigThatIsGoneIsReplacedAndOtherFilesAreNot) {
     TemporaryFolder folder;
     FakeRig rig;

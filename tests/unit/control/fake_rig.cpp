@@ -47,6 +47,11 @@ std::size_t FakeRig::held() const {
     return held_.size();
 }
 
+void FakeRig::set_picture(std::vector<std::byte> picture) {
+    std::lock_guard lock(mutex_);
+    picture_ = std::move(picture);
+}
+
 stream::FetchRequest FakeRig::last_fetch() const {
     std::lock_guard lock(mutex_);
     return last_fetch_;
@@ -377,13 +382,16 @@ Result<truth::TruthRef> FakeRig::run(engine::GetTruth& command) {
 }
 
 void FakeRig::fetch(stream::FetchRequest request, std::function<void(Result<stream::MediaUnit>)> done) {
+    std::vector<std::byte> bytes;
     Result<engine::CameraReply> camera = [&] {
         std::lock_guard lock(mutex_);
+        bytes = picture_;
         last_fetch_ = request;
         last_fetch_.admit = nullptr;  // it holds what is claimed for the picture
         return find(request.camera);
     }();
     if (!camera) return done(std::unexpected(camera.error()));
+    if (misses_.exchange(false)) return done(error(ErrorKind::unavailable, "the world stands still"));
     if (request.kind != frame::FrameKind::color)
         return done(error(ErrorKind::unsupported, "this kind of picture is not made yet; ask for color"));
     if (request.admit)
@@ -398,7 +406,6 @@ void FakeRig::fetch(stream::FetchRequest request, std::function<void(Result<stre
     unit.info.clock = clock_that_lies;
     unit.info.size = camera->camera.spec()->size;
     unit.info.format = request.format.pixels;
-    std::vector<std::byte> bytes(picture_bytes_, std::byte{0xab});
     if (request.format.codec == codec::Codec::raw) {
         unit.frame = std::make_shared<const frame::Frame>(unit.info, std::move(bytes));
     } else {

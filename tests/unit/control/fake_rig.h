@@ -28,7 +28,10 @@ public:
 
     TimeNs last_step_ns() const { return last_step_ns_; }
     stream::FetchRequest last_fetch() const;
-    void set_picture_bytes(std::size_t size) { picture_bytes_ = size; }
+    void set_picture_bytes(std::size_t size) { set_picture(std::vector(size, std::byte{0xab})); }
+    void set_picture(std::vector<std::byte> picture);
+    /// The next picture asked for does not come (unavailable).
+    void miss_picture() { misses_ = true; }
     /// How many were drawn.
     int pictures() const { return pictures_; }
 
@@ -83,7 +86,8 @@ private:
     std::vector<std::function<void()>> held_;
     std::atomic<bool> drops_{false};
     std::atomic<TimeNs> last_step_ns_{-1};
-    std::atomic<std::size_t> picture_bytes_{3};
+    std::vector<std::byte> picture_ = std::vector(3, std::byte{0xab});
+    std::atomic<bool> misses_{false};
     std::atomic<int> pictures_{0};
 };
 

@@ -99,6 +99,12 @@ TEST(JsonRpc, NotificationsAreExecutedAndNeverAnswered) {
     EXPECT_EQ(rpc.result("world.status", "{}")["paused"], true);
     EXPECT_EQ(rpc.handle(R"({"jsonrpc":"2.0","method":"no.such"})"), "");
     EXPECT_EQ(rpc.handle(R"({"jsonrpc":"2.0","method":"camera.get","params":{}})"), "");
+    // Nor is one with parameters by position, also of a batch; what is no request is.
+    EXPECT_EQ(rpc.handle(R"({"jsonrpc":"2.0","method":"world.resume","params":[1]})"), "");
+    EXPECT_EQ(rpc.handle(R"([{"jsonrpc":"2.0","method":"world.resume","params":[]}])"), "");
+    EXPECT_EQ(rpc.result("world.status", "{}")["paused"], true);
+    EXPECT_EQ(error_of(rpc.handle(R"({"jsonrpc":"2.0","method":7})"))["code"], -32600);
+    EXPECT_EQ(error_of(rpc.handle(R"({"jsonrpc":"2.0","id":1,"method":"world.resume","params":[1]})"))["code"], -32602);
 }
 
 TEST(JsonRpc, BatchesAreAnsweredInOneArrayInTheirOrder) {

@@ -394,6 +394,37 @@ TEST_F(EngineTest, AReadWithoutAWishOfItsOwnShowsTheCamerasLastCommand) {
     }
 }
 
+/// Whoever asks bounds what is made: a picture that others had drawn is encoded and sent, too.
+TEST_F(EngineTest, APictureThatIsDrawnAlreadyIsAdmittedToo) {
+    start(RunMode::lockstep);
+    ASSERT_TRUE(create("a"));
+    int asked = 0;
+    const auto begin = [&](TimeNs min_ns) {
+        auto promise = std::make_shared<std::promise<Result<stream::MediaUnit>>>();
+        stream::FetchRequest request{.camera = "a", .min_ns = min_ns, .format = raw};
+        request.admit = [&asked](ImageSize size) -> Result<void> {
+            EXPECT_EQ(size, (ImageSize{160, 120}));
+            ++asked;
+            return error(ErrorKind::resource_exhausted, "no room");
+        };
+        engine->fetch(std::move(request), [promise](auto result) { promise->set_value(std::move(result)); });
+        return promise->get_future();
+    };
+    ASSERT_TRUE(fetch("a"));  // drawn now
+    const auto kept = begin(0).get();
+    ASSERT_FALSE(kept);
+    EXPECT_EQ(kept.error().kind, ErrorKind::resource_exhausted);
+    EXPECT_EQ(asked, 1);
+    std::vector<stream::Subscription> subscriptions;
+    watch("a", subscriptions);
+    auto for_readers = begin(200 * ns_per_ms);
+    ASSERT_TRUE(step(200 * ns_per_ms));
+    const auto refused = for_readers.get();
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().kind, ErrorKind::resource_exhausted);
+    EXPECT_EQ(asked, 2);
+}
+
 TEST_F(EngineTest, ShutdownAnswersWhoStillWaits) {
     start(RunMode::lockstep);
     ASSERT_TRUE(create("a"));

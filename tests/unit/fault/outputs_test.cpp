@@ -141,6 +141,16 @@ TEST(Bandwidth, WithoutItALineCarriesAllAndForgetsThatItWasBusy) {
     EXPECT_TRUE(line.takes(line_rate(faults, "rtsp"), ns_per_s, 1));
 }
 
+TEST(Bandwidth, AWorldThatIsLoadedFindsTheLineFree) {
+    const auto rate = line_rate(at_frame(fault_of(Bandwidth{.kbit_per_s = 8, .queue_s = 0.1}), 0), "mjpeg");
+    Line line;
+    EXPECT_TRUE(line.takes(rate, 100 * ns_per_s, 1000));
+    EXPECT_FALSE(line.takes(rate, 100 * ns_per_s, 1000));
+    EXPECT_TRUE(line.takes(rate, 0, 1000));
+    EXPECT_FALSE(line.takes(rate, ns_per_s / 2, 1000));
+    EXPECT_TRUE(line.takes(rate, ns_per_s, 1000));
+}
+
 TEST(OtherSize, IsSmallerAtAHigherSeverityAndNeverTooSmallToBeAPicture) {
     const ImageSize own{640, 480};
     EXPECT_EQ(other_size(at_frame(fault_of(OtherSize{.share = 0.5}), 1), "mjpeg", own), (ImageSize{320, 240}));

@@ -135,10 +135,32 @@ TEST_F(Limits, ThoseThatHaveNotAskedHaveFewPlaces) {
 TEST_F(Limits, ConnectionsOfOnePeerAreBounded) {
     options.limits.connections_per_local_peer = 1;
     start();
-    TestClient first(server->port()), second(server->port());
+    TestClient first(server->port());
+    first.get("/cameras/lobby/stream.mjpg");
+    EXPECT_EQ(first.read_head().status, 200);
+    ASSERT_TRUE(eventually([&] { return bus.reader_count() == 1; }));
+    TestClient second(server->port());
     EXPECT_EQ(second.read_reply().status, 503);
-    first.get("/healthz");
-    EXPECT_EQ(first.read_reply().status, 200);
+    bus.publish(jpeg_unit("lobby", 1));
+    EXPECT_EQ(first.read_part().fields["X-Sequence"], "1");
+}
+
+TEST_F(Limits, AWaitingConnectionOfAPeerMakesRoomForItsNext) {
+    options.limits.connections_per_local_peer = 2;
+    start();
+    TestClient reader(server->port());
+    reader.get("/cameras/lobby/stream.mjpg");
+    EXPECT_EQ(reader.read_head().status, 200);
+    TestClient idle(server->port());
+    ASSERT_TRUE(eventually([&] { return server->counts().connections.open == 2; }));
+    TestClient next(server->port());
+    next.get("/healthz");
+    EXPECT_EQ(next.read_reply().status, 200);
+    EXPECT_TRUE(idle.at_end());
+    EXPECT_EQ(server->counts().connections.displaced, 1U);
+    EXPECT_EQ(server->counts().connections.refused, 0U);
+    bus.publish(jpeg_unit("lobby", 1));
+    EXPECT_EQ(reader.read_part().fields["X-Sequence"], "1");
 }
 
 TEST_F(Limits, PicturesUnderWayAreBoundedBeforeTheyAreDrawn) {
@@ -191,6 +213,27 @@ TEST_F(Limits, APictureThatNeverComesIsAnErrorAfterTheTimeLimit) {
     options.limits.reply_time = std::chrono::milliseconds(30);
     start();
     EXPECT_EQ(get("/cameras/lobby/snapshot.jpg?min_ns=999").status, 503);
+}
+
+TEST_F(Limits, ACommandThatRunsOnIsNotOneToRepeat) {
+    options.limits.rpc_time = std::chrono::milliseconds(30);
+    options.hooks.rpc = [](const std::string&, bool, const auto&) {};
+    start();
+    TestClient::Reply reply = post_rpc("{}");
+    EXPECT_EQ(reply.status, 503);
+    EXPECT_FALSE(reply.fields.contains("Retry-After"));
+    EXPECT_EQ(reply.body.find("try again"), std::string::npos) << reply.body;
+    EXPECT_NE(reply.body.find("may still be done"), std::string::npos) << reply.body;
+    EXPECT_NE(reply.body.find("world.status"), std::string::npos) << reply.body;
+}
+
+TEST_F(Limits, ACommandThatMemoryRanOutForIsNotOneToRepeat) {
+    options.hooks.rpc = [](const std::string&, bool, const auto&) { throw std::bad_alloc(); };
+    start();
+    const TestClient::Reply reply = post_rpc("{}");
+    EXPECT_EQ(reply.status, 503);
+    EXPECT_FALSE(reply.fields.contains("Retry-After"));
+    EXPECT_NE(reply.body.find("may still be done"), std::string::npos) << reply.body;
 }
 
 TEST_F(Limits, AHookThatThrowsIsA500AndTheServerLivesOn) {

@@ -1,5 +1,6 @@
 #include "rtsp_out/http/reply.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include <gtest/gtest.h>
@@ -9,6 +10,24 @@
 
 namespace camrig::http {
 namespace {
+
+/// A thread that is interrupted between two clocks reads a wrong difference: one instant has one time all the same.
+TEST(FrameFields, APictureHasTheSameTimeOfDayUntilTheClockIsSet) {
+    TimeNs measured_ns = 1'790'000'000 * ns_per_s;
+    WallOffset wall([&] { return measured_ns; });
+    frame::FrameInfo info;
+    info.world_ns = info.monotonic_ns = 250 * ns_per_ms;
+    info.clock = ClockReading{};
+    const auto timestamp = [&] {
+        const auto fields = frame_fields(info, wall);
+        return std::ranges::find(fields, "X-Timestamp", [](const auto& field) { return field.first; })->second;
+    };
+    EXPECT_EQ(timestamp(), "1790000000.250000");
+    measured_ns += 20 * ns_per_ms;
+    EXPECT_EQ(timestamp(), "1790000000.250000");
+    measured_ns += 3600 * ns_per_s;
+    EXPECT_EQ(timestamp(), "1790003600.270000");
+}
 
 TEST(Reply, ErrorsAreJsonWithTheKindOfTheControlProtocol) {
     const Reply reply = error_reply({ErrorKind::not_found, "no \"camera\" \xff here"});

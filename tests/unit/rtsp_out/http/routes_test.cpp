@@ -311,6 +311,22 @@ TEST_F(Routes, HeadIsGetWithoutTheBodyAndOptionsNamesTheMethods) {
     EXPECT_EQ(bus.reader_count(), 0U);
 }
 
+TEST_F(Routes, HeadOfAStreamSaysWhatGetWould) {
+    bus.known.front().standing.refused = 1U << static_cast<unsigned>(fault::Output::mjpeg);
+    start();
+    for (const auto& [target, status] : {std::pair{"/cameras/lobby/stream.mjpg", 503},
+                                         {"/cameras/hall/stream.mjpg", 200},
+                                         {"/live?cameras=nobody", 404},
+                                         {"/live?cameras=hall,nobody", 404},
+                                         {"/live?cameras=lobby,hall", 200}}) {
+        for (const std::string method : {"HEAD", "GET"}) {
+            TestClient client(server->port());
+            client.send(method + " " + target + " HTTP/1.1\r\nHost: localhost\r\n\r\n");
+            EXPECT_EQ(client.read_head().status, status) << method << " " << target;
+        }
+    }
+}
+
 TEST_F(Routes, AConnectionServesManyRequestsAlsoPipelined) {
     start();
     TestClient client(server->port());

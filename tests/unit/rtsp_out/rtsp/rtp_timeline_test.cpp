@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/base/clock.h"
+#include "core/base/wall_offset.h"
 
 namespace camrig::rtsp {
 namespace {
