@@ -78,13 +78,20 @@ void fill_residuals(const PlateModel& model, const PlateState& state, PlateCalib
 }
 
 void judge(const PlateModel& model, double squares, PlateCalibration& calibration) {
-    const double share = calibration.person_share_95;
-    calibration.grade = share <= good_share   ? PlateGrade::good
-                        : share <= fair_share ? PlateGrade::fair
-                                              : PlateGrade::poor;
-    const std::string sizes = "people are right within " + short_number(100.0 * share) + " % of their height and " +
-                              short_number(calibration.ground_m_95) +
-                              " m on the ground where it was clicked (95 of 100)";
+    const std::optional<double> share = calibration.person_share_95;
+    calibration.grade = share && *share <= good_share   ? PlateGrade::good
+                        : share && *share <= fair_share ? PlateGrade::fair
+                                                        : PlateGrade::poor;
+    const PlateTask& task = model.task();
+    const std::string where =
+        task.points.empty() && task.heights.empty() ? "in the lower half of the photo" : "where it was clicked";
+    const std::string on_ground =
+        calibration.ground_m_95 ? short_number(*calibration.ground_m_95) + " m on the ground" : "";
+    const std::string sizes =
+        share ? "people are right within " + short_number(100.0 * *share) + " % of their height" +
+                    (on_ground.empty() ? " " : " and " + on_ground + " ") + where + " (95 of 100)"
+              : "nobody is seen whole " + where +
+                    (on_ground.empty() ? "" : ", where " + on_ground + " are uncertain (95 of 100)");
     const int dof = calibration.degrees_of_freedom;
     const double seen_px = dof > 0 ? std::sqrt(squares / dof) : 0.0;
     const bool is_unlikely =

@@ -1,5 +1,6 @@
 #include "core/photo/camera_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <map>
@@ -9,6 +10,7 @@
 #include "core/base/json_reader.h"
 #include "core/camera/calibration_file.h"
 #include "core/camera/lens_map.h"
+#include "core/photo/plate_task.h"
 
 namespace camrig::photo {
 namespace {
@@ -31,6 +33,9 @@ Result<std::string> text_of(const std::filesystem::path& path) {
 }
 
 Result<void> check(const KnownCamera& camera) {
+    if (std::min(camera.size.width, camera.size.height) < min_photo_side ||
+        std::max(camera.size.width, camera.size.height) > max_photo_side)
+        return invalid("is of a photo of " + camera.size.to_string() + "; there are photos from 16x16 to 16384x16384");
     if (auto good = camera::check_intrinsics(camera.size, camera.intrinsics); !good) return good;
     if (auto lens = camera::LensMap::create(camera.lens); !lens) return std::unexpected(lens.error());
     return {};
@@ -193,8 +198,14 @@ Result<KnownCamera> parse_colmap(const std::string& cameras, const std::string& 
     if (!images.empty() && found.size() != 1)
         return error(ErrorKind::not_found,
                      "images.txt: " + (image.empty() ? "name the image" : "no image " + image) + "; it has " + names);
-    for (const std::string& line : lines_of(cameras)) {
-        if (line.empty()) continue;
+    if (images.empty() && !image.empty())
+        return invalid("cameras.txt: image " + image + " is named in images.txt; give that too");
+    std::vector<std::string> known = lines_of(cameras);
+    std::erase_if(known, [](const std::string& line) { return line.find_first_not_of(" \t\r") == line.npos; });
+    if (images.empty() && known.size() > 1)
+        return invalid("cameras.txt: has " + std::to_string(known.size()) +
+                       " cameras; give images.txt too, and name the image");
+    for (const std::string& line : known) {
         const std::string id = line.substr(0, line.find(' '));
         if (!found.empty() && id != found[0].camera) continue;
         auto camera = colmap_camera(line);

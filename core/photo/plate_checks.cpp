@@ -62,7 +62,9 @@ int dimensions_of(const std::vector<KnownPoint>& points) {
     for (std::size_t n = 0; n < points.size(); ++n)
         all.col(Eigen::Index(n)) << points[n].m.x, points[n].m.y, points[n].m.z;
     all.colwise() -= all.rowwise().mean().eval();
-    const Eigen::Vector3d spread = Eigen::JacobiSVD<Eigen::MatrixXd>(all).singularValues().head(3);
+    const Eigen::VectorXd values = Eigen::JacobiSVD<Eigen::MatrixXd>(all).singularValues();
+    Eigen::Vector3d spread = Eigen::Vector3d::Zero();  // two points have two
+    spread.head(values.size()) = values;
     if (spread[0] < 1e-6) return 0;
     return 1 + (spread[1] > flat_share * spread[0]) + (spread[2] > flat_share * spread[0]);
 }
@@ -85,6 +87,7 @@ PlateTask without(const PlateTask& task, std::size_t point) {
 Result<void> check_plate_task(const PlateModel& model) {
     const PlateTask& task = model.task();
     if (auto good = check_numbers(task); !good) return good;
+    if (auto lens = camera::LensMap::create(task.lens); !lens) return at("lens", lens.error());
     if (task.fit_k1 && (task.lens.model != camera::LensModel::pinhole || task.intrinsics))
         return invalid("fit_k1: the lens is given; leave out lens and intrinsics, or fit_k1");
     if (task.points.empty() && task.heights.empty() && task.lines.empty())

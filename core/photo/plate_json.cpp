@@ -124,7 +124,8 @@ ImageSize read_size(JsonReader& reader, std::optional<ImageSize> known) {
     std::array<double, 2> sides{};
     reader.required("size", std::span<double>(sides));
     const ImageSize size{int(sides[0]), int(sides[1])};
-    if (reader.ok() && (sides[0] < 16 || sides[1] < 16 || sides[0] > 16384 || sides[1] > 16384))
+    if (reader.ok() &&
+        std::ranges::any_of(sides, [](double side) { return side < min_photo_side || side > max_photo_side; }))
         reader.fail("size", "must be from 16x16 to 16384x16384");
     else if (known && reader.ok() && (size.width != known->width || size.height != known->height))
         reader.fail("size", "is " + size.to_string() + ", and the photo is " + known->to_string());
@@ -133,6 +134,10 @@ ImageSize read_size(JsonReader& reader, std::optional<ImageSize> known) {
 
 json vector_json(const glm::dvec3& v) {
     return {v.x, v.y, v.z};
+}
+
+json or_null(const std::optional<double>& value) {
+    return value ? json(*value) : json();
 }
 
 }  // namespace
@@ -254,8 +259,8 @@ json to_json(const PlateCalibration& found) {
               {"roll_deg", glm::degrees(half.angles.roll)},
               {"focal_px", half.focal_px},
               {"k1", half.k1}}},
-            {"person_share_95", found.person_share_95},
-            {"ground_m_95", found.ground_m_95},
+            {"person_share_95", or_null(found.person_share_95)},
+            {"ground_m_95", or_null(found.ground_m_95)},
             {"ground", ground},
             {"click_px", found.click_px},
             {"click_is_stated", found.is_click_stated},

@@ -37,6 +37,9 @@ struct AxisLine {
     glm::dvec2 from_px{0.0}, to_px{0.0};
 };
 
+/// Sides of a photo, in pixels.
+inline constexpr int min_photo_side = 16, max_photo_side = 16384;
+
 /// What is known of a photo. Without points the camera stands over the world's origin and, without lines along x or y,
 /// looks along x: nothing says otherwise. Heights and the camera's own are taken as exact.
 struct PlateTask {
@@ -88,8 +91,10 @@ struct PlateCalibration {
     bool is_click_stated = false;
     double rms_px = 0.0;
     std::vector<PlateResidual> residuals;
-    double person_share_95 = 0.0;  ///< of the height of a person in the picture, the worst of the places clicked at
-    double ground_m_95 = 0.0;      ///< of the place of a pixel on the ground, the same
+    /// Of the height of a person in the picture, the worst of the places clicked at, or of the ground in the lower half
+    /// of the photo where no place was. Nothing: nobody is seen whole there.
+    std::optional<double> person_share_95;
+    std::optional<double> ground_m_95;  ///< of the place of a pixel on the ground, the same; nothing: none is seen
     PlateGrade grade = PlateGrade::poor;
     std::string verdict;  ///< a sentence
 };

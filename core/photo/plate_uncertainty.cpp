@@ -94,18 +94,32 @@ std::vector<glm::dvec3> places_on_ground(const PlateTask& task, const PlateState
     return places;
 }
 
+/// Where it is asked how right people are: the places clicked at, else the ground in the lower half of the photo.
+std::vector<glm::dvec3> judged_places(const PlateTask& task, const PlateState& state) {
+    std::vector<glm::dvec3> places = places_on_ground(task, state);
+    if (!places.empty()) return places;
+    for (const double down : {0.5, 0.75, 1.0})
+        for (const double across : {0.0, 0.5, 1.0}) {
+            const glm::dvec2 px(across * (task.size.width - 1), down * (task.size.height - 1));
+            if (const auto at = state.view.on_ground(px, 0.0)) places.push_back(*at);
+        }
+    return places;
+}
+
 void judge_people(const PlateModel& model, const PlateState& state, const Eigen::MatrixXd& covariance, double widen,
                   PlateCalibration& calibration) {
-    for (const glm::dvec3& place : places_on_ground(model.task(), state)) {
+    const auto worst = [](std::optional<double>& of, double value) {
+        if (std::isfinite(value)) of = std::max(of.value_or(0.0), value);
+    };
+    for (const glm::dvec3& place : judged_places(model.task(), state)) {
         const auto foot = state.view.project(place);
+        if (!foot) continue;
         const auto height = [place](const PlateState& of) {
             const auto low = of.view.project(place), high = of.view.project(place + glm::dvec3(0, 0, person_m));
             return low && high ? glm::distance(*low, *high) : std::nan("");
         };
         const double px = height(state);
-        if (!foot || !(px > 0.0)) continue;
-        const double share = widen * deviation(model, state, covariance, height) / px;
-        if (std::isfinite(share)) calibration.person_share_95 = std::max(calibration.person_share_95, share);
+        if (px > 0.0) worst(calibration.person_share_95, widen * deviation(model, state, covariance, height) / px);
         double squares = 0.0;
         for (int axis = 0; axis < 2; ++axis) {
             const double off = deviation(model, state, covariance, [foot, place, axis](const PlateState& of) {
@@ -114,8 +128,7 @@ void judge_people(const PlateModel& model, const PlateState& state, const Eigen:
             });
             squares += off * off;
         }
-        if (std::isfinite(squares))
-            calibration.ground_m_95 = std::max(calibration.ground_m_95, widen * std::sqrt(squares));
+        worst(calibration.ground_m_95, widen * std::sqrt(squares));
     }
 }
 

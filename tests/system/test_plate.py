@@ -136,6 +136,17 @@ def test_the_light_of_a_photo_takes_the_place_of_daylight(tmp_path):
     subprocess.run([CAMRIG, "check", str(scene)], check=True, timeout=60)
 
 
+@pytest.mark.parametrize("base, put_out", [("camrig:street-evening", []), ("camrig:hall", ["daylight"]), ("camrig:street", [])])
+def test_the_light_of_a_photo_takes_the_place_of_that_of_a_base(tmp_path, base, put_out):
+    scene = tmp_path / "corner.json"
+    scene.write_text(json.dumps({"camrig_scene": 1, "name": "corner", "base": base}))
+    plate("light", "--sun", "150,40", "--scene", scene)
+    lights = {light["name"]: light for light in json.loads(scene.read_text())["lights"]}
+    assert sorted(lights) == sorted(["sun", *put_out])
+    assert lights["sun"]["intensity"] > 0 and all(lights[name]["intensity"] == 0 for name in put_out)
+    subprocess.run([CAMRIG, "check", str(scene)], check=True, timeout=60)
+
+
 def test_noise_and_edges_are_read_off_a_photo(tmp_path):
     random = np.random.default_rng(3)
     soft = cv2.GaussianBlur(np.tile(np.where(np.arange(640) < 320, 60.0, 150.0), (480, 1))[..., None].repeat(3, 2), (0, 0), 0.8)

@@ -195,10 +195,13 @@ void add_plate_calibrate(CLI::App& plate, CliContext& context) {
                         "JSON file with points, heights, lines, vfov_deg, ... (docs/backdrops.md)");
     command->add_option("--photo", options->photo, "the photo: PNG or JPEG");
     command->add_option("--size", options->size, "WIDTHxHEIGHT of the photo, without --photo");
-    command->add_option("--point", options->points, "U,V=X,Y,Z: pixel and metres; without Z on the ground");
-    command->add_option("--height", options->heights,
-                        "U,V:U,V=METRES: foot and head of something upright on the ground");
-    command->add_option("--line", options->lines, "U,V:U,V=AXIS: two places on an edge along x, y or z");
+    command->add_option("--point", options->points, "U,V=X,Y,Z: pixel and metres; without Z on the ground")
+        ->allow_extra_args(false);
+    command
+        ->add_option("--height", options->heights, "U,V:U,V=METRES: foot and head of something upright on the ground")
+        ->allow_extra_args(false);
+    command->add_option("--line", options->lines, "U,V:U,V=AXIS: two places on an edge along x, y or z")
+        ->allow_extra_args(false);
     command->add_option("--camera", options->known,
                         "what another program knows: fSpy JSON, COLMAP folder, OpenCV or ROS YAML");
     command->add_option("--image", options->image, "of several in that file: the image (COLMAP) or camera");

@@ -2,6 +2,7 @@
 #include <memory>
 #include <numbers>
 #include <optional>
+#include <set>
 
 #include <CLI/CLI.hpp>
 
@@ -10,6 +11,7 @@
 #include "core/photo/plate_light.h"
 #include "core/photo/shadow_sun.h"
 #include "core/world/daylit.h"
+#include "core/world/scene_base.h"
 #include "tools/camrig/cli_plate.h"
 #include "tools/camrig/photo_file.h"
 #include "tools/camrig/scene_edit.h"
@@ -167,20 +169,53 @@ Result<void> put_picture(const LightOptions& options, const std::optional<photo:
     return {};
 }
 
+/// The scene that a scene stands on, whole; an empty object where it stands on none.
+Result<json> base_of(const OrderedJson& scene, const fs::path& file) {
+    if (!scene.contains("base")) return json::object();
+    auto based = world::on_its_base({{"base", json::parse(scene["base"].dump())}}, file);
+    if (!based) return at(file.string(), based.error());
+    return std::move(based->document);
+}
+
+/// The scene's own lights with this sun as the only one. A base's lights cannot be taken away: its suns are put out.
+OrderedJson lights_with(OrderedJson sun, const OrderedJson& scene, const json& base) {
+    OrderedJson lights = OrderedJson::array(), put_out = OrderedJson::array();
+    const auto name_of_sun = sun.at("name").get<std::string>();
+    std::set<std::string> suns;
+    for (const json& light : base.value("lights", json::array())) {
+        if (light.value("type", "") != "directional") continue;
+        const std::string name = light.value("name", "");
+        suns.insert(name);
+        OrderedJson& over =
+            name == name_of_sun ? sun : put_out.emplace_back(OrderedJson{{"name", name}, {"intensity", 0}});
+        if (light.contains("lux")) over["lux"] = nullptr;
+    }
+    for (const OrderedJson& light : scene.value("lights", OrderedJson::array()))
+        if (light.value("type", "") != "directional" && !suns.contains(light.value("name", "")))
+            lights.push_back(light);
+    lights.insert(lights.end(), put_out.begin(), put_out.end());
+    lights.push_back(std::move(sun));
+    return lights;
+}
+
 /// Into the scene: its sun is replaced, other lights stay.
 Result<void> write_scene(const LightOptions& options, const json& found) {
     auto scene = read_scene_text(options.scene);
     if (!scene) return std::unexpected(scene.error());
     if (found.contains("lights")) {
-        OrderedJson lights = OrderedJson::array();
-        for (const OrderedJson& each : scene->value("lights", OrderedJson::array()))
-            if (each.value("type", "") != "directional") lights.push_back(each);
-        lights.push_back(OrderedJson(found["lights"][0]));
-        (*scene)["lights"] = std::move(lights);
+        const auto base = base_of(*scene, options.scene);
+        if (!base) return std::unexpected(base.error());
+        (*scene)["lights"] = lights_with(OrderedJson(found["lights"][0]), *scene, *base);
         OrderedJson& environment = (*scene)["environment"];
         environment["ambient"] = found["environment"]["ambient"];
         // Daylight makes sun and ambient itself; lamps in candela count by its lux.
-        if (environment.erase("daylight") > 0 && !environment.contains("lux")) environment["lux"] = world::daylight_lux;
+        const json below = base->value("environment", json::object());
+        const bool has_daylight =
+            environment.contains("daylight") ? !environment["daylight"].is_null() : below.contains("daylight");
+        environment.erase("daylight");
+        if (below.contains("daylight")) environment["daylight"] = nullptr;
+        if (has_daylight && !environment.contains("lux") && !below.contains("lux"))
+            environment["lux"] = world::daylight_lux;
     }
     if (found.contains("backdrop")) {
         const auto camera = camera_of(*scene, options.name, false);

@@ -93,7 +93,7 @@ function textOf(value) {
   return String(value);
 }
 
-// Of objects that are whole and may be null: those that a person has opened to fill in, while they are null.
+// Of objects that are whole and may be null: those of the camera that is shown that a person has opened to fill in, while they are null.
 const begun = new Set();
 
 /** An object: its parts, each with a control. One that is whole is sent with all its parts. */
@@ -159,7 +159,10 @@ function showAll() {
   const camera = selectedCamera();
   for (const control of form.elements) control.disabled = !camera;
   if (!camera) return;
-  if (!isForSelected() && form.contains(document.activeElement)) document.activeElement.blur();
+  if (!isForSelected()) {
+    if (form.contains(document.activeElement)) document.activeElement.blur();
+    begun.clear();
+  }
   shownName = camera.name;
   for (const { element, isThere } of optional) element.hidden = !isThere(camera);
   for (const { element, read } of shown) {

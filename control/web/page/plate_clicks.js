@@ -182,7 +182,8 @@ function showAnswer() {
   if (lens && lens.model !== 'pinhole') values.Lens = `${lens.model} ${lens.coefficients.map((value) => textOf(value, 4)).join(' ')}${half?.k1 ? `, k1 ± ${textOf(half.k1, 4)}` : ''}`;
   if (found.rms_px !== undefined) {
     values['Clicks are off by (px)'] = `${textOf(found.rms_px, 2)} rms`;
-    values['People are right within'] = `${textOf(100 * found.person_share_95, 1)} % of their height, ${textOf(found.ground_m_95, 2)} m on the ground`;
+    const sizes = [[found.person_share_95, (share) => `${textOf(100 * share, 1)} % of their height`], [found.ground_m_95, (m) => `${textOf(m, 2)} m on the ground`]];
+    values['People are right within'] = sizes.filter(([value]) => value !== null).map(([value, text]) => text(value)).join(', ') || 'nothing to judge by';
   }
   answer.replaceChildren(...Object.entries(values).flatMap(([label, text]) => {
     const [term, details] = [document.createElement('dt'), document.createElement('dd')];

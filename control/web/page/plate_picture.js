@@ -18,19 +18,24 @@ const toCanvas = ([u, v]) => [(u + 0.5) * view.scale + view.x, (v + 0.5) * view.
 const toPhoto = ([x, y]) => [(x - view.x) / view.scale - 0.5, (y - view.y) / view.scale - 0.5];
 const rounded = (px) => px.map((value) => Math.round(value * 10) / 10);
 
+/** From now on clicks are of this view, drawn or not. */
+function look(next) {
+  view = next;
+  canvas.dataset.view = JSON.stringify(view);
+  drawSoon();
+}
+
 function fit() {
   if (!plate.photo) return;
   const [width, height] = plate.photo.size;
   const scale = Math.min(canvas.clientWidth / width, canvas.clientHeight / height);
-  view = { scale, x: (canvas.clientWidth - width * scale) / 2, y: (canvas.clientHeight - height * scale) / 2 };
-  drawSoon();
+  look({ scale, x: (canvas.clientWidth - width * scale) / 2, y: (canvas.clientHeight - height * scale) / 2 });
 }
 
 function zoomAt([x, y], factor) {
   const scale = Math.min(Math.max(view.scale * factor, 0.02), 40);
   const ratio = scale / view.scale;
-  view = { scale, x: x - (x - view.x) * ratio, y: y - (y - view.y) * ratio };
-  drawSoon();
+  look({ scale, x: x - (x - view.x) * ratio, y: y - (y - view.y) * ratio });
 }
 
 // Clicks
@@ -164,7 +169,6 @@ function draw() {
   if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
   paint.setTransform(ratio, 0, 0, ratio, 0, 0);
   paint.clearRect(0, 0, width, height);
-  canvas.dataset.view = JSON.stringify(view);
   if (!plate.photo) return;
   const [x, y] = toCanvas([-0.5, -0.5]);
   paint.imageSmoothingEnabled = view.scale < 3;
@@ -225,8 +229,7 @@ canvas.addEventListener('pointermove', (event) => {
   } else if (drag.of) {
     handles()[Number(drag.of.split('@')[1])].move(rounded(px));
   } else {
-    view = { ...view, x: view.x + at[0] - drag.last[0], y: view.y + at[1] - drag.last[1] };
-    drawSoon();
+    look({ ...view, x: view.x + at[0] - drag.last[0], y: view.y + at[1] - drag.last[1] });
   }
   drag.last = at;
 });

@@ -246,6 +246,10 @@ TEST_F(Cli, FilesOfCamerasAreOneAListOrAnObject) {
     EXPECT_EQ(none.code, 1);
     EXPECT_EQ(json::parse(none.err)["error"]["kind"], "not_found");
     EXPECT_THAT(json::parse(none.err)["error"]["message"].get<std::string>(), HasSubstr("nobody"));
+    const Outcome unknown = at_rig({"camera", "take", "--json"});
+    EXPECT_EQ(unknown.code, 2);
+    EXPECT_EQ(json::parse(unknown.err)["error"]["kind"], "invalid_argument");
+    EXPECT_THAT(json::parse(unknown.err)["error"]["message"].get<std::string>(), HasSubstr("no command 'take'"));
     EXPECT_EQ(at_rig({"camera", "create", "--file", file("{")}).code, 1);
     EXPECT_THAT(at_rig({"camera", "create", "--file", file("7")}).err, HasSubstr("must be a camera"));
     EXPECT_THAT(at_rig({"camera", "create", "--file", (folder / "none").string()}).err, HasSubstr("cannot be read"));
@@ -472,6 +476,11 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
           {"camera", "create", "a", "--position", "1,2,3,"},
           {"camera", "create", "a", "--look-at", "1,2,3"},
           {"camera", "create", "a", "--position", "1,2,nan"},
+          {"camera", "create", "--file", "a.json", "--fps", "10"},
+          {"camera", "create", "--file", "a.json", "--place", "gate"},
+          {"camera", "create", "a", "--position", "1,2,3", "--replace"},
+          {"--control", "box:7000", "serve", "x"},
+          {"--control", "box:7000", "exec", "--", "true"},
           {"camera", "create", "a", "--vfov-deg", "6", "--hfov-deg", "5"},
           {"camera", "create", "a", "--intrinsics", "1,2,3"},
           {"camera", "create", "a", "--calibration-camera", "cam0"},
@@ -501,6 +510,14 @@ TEST_F(Cli, WrongUsageIsOneLineAndExitTwo) {
         EXPECT_EQ(done.code, 2) << shown << done.err;
         EXPECT_EQ(std::ranges::count(done.err, '\n'), 1) << shown << done.err;
     }
+}
+
+TEST_F(Cli, AnOptionThatMayBeGivenTwiceTakesOneWordAtATime) {
+    const json camera = json_of({"camera", "create", "--position", "1,2,3", "--ptz", "preset=dome", "gate"});
+    EXPECT_EQ(camera["name"], "gate");
+    const Outcome far = at_rig({"record", "--cameras", "a,b", "/proc/nowhere"});
+    EXPECT_EQ(far.code, 1) << far.err;
+    EXPECT_THAT(far.err, HasSubstr("no camera 'a'"));
 }
 
 TEST_F(Cli, AnOptionThatIsNoneIsNamedWithWhatItMayHaveMeant) {

@@ -166,7 +166,7 @@ TEST(CalibratePlate, APersonHasItsHeightWithinAPixel) {
             const auto was_foot = place.view.project(foot), was_head = place.view.project(head);
             if (!was_head || was_head->y < 0) continue;
             const double was = was_foot->y - was_head->y, is = view.project(foot)->y - view.project(head)->y;
-            worst = std::max(worst, std::abs(was - is) / std::max(1.0, found->person_share_95 * was));
+            worst = std::max(worst, std::abs(was - is) / std::max(1.0, found->person_share_95.value() * was));
             EXPECT_NEAR(was, is, was < 120.0 ? 1.0 : 3.0) << seed;
         }
     }
@@ -187,6 +187,12 @@ TEST(CalibratePlate, HeightsAndLinesAloneGiveTiltHeightAndFocalLength) {
     EXPECT_NEAR(camera::angles_of(found->pose.orientation).roll, 2 * deg, 1e-5);
 }
 
+PlateTask seen_by(const PlateView& view, std::initializer_list<glm::dvec3> points) {
+    PlateTask task{.size = size};
+    for (const glm::dvec3& each : points) task.points.push_back({*view.project(each), each});
+    return task;
+}
+
 TEST(CalibratePlate, LinesAlongTheAxesAndTheCamerasHeightAreEnough) {
     const PlateView truth = camera_at({0, 0, 3.0}, {25 * deg, -14 * deg, 1 * deg}, 900);
     PlateTask task{.size = size, .camera_height_m = 3.0};
@@ -204,6 +210,26 @@ TEST(CalibratePlate, LinesAlongTheAxesAndTheCamerasHeightAreEnough) {
     EXPECT_NEAR(found->intrinsics.fx, 900, 0.01);
     EXPECT_NEAR(camera::angles_of(found->pose.orientation).pan, 25 * deg, 1e-5);
     EXPECT_NEAR(camera::angles_of(found->pose.orientation).tilt, -14 * deg, 1e-5);
+    // No place was clicked at: people are judged where the photo shows the ground.
+    task.click_px = 2.0;
+    const auto rough = calibrate_plate(task);
+    ASSERT_TRUE(rough) << rough.error().message;
+    EXPECT_GT(rough->person_share_95.value(), 0.001);
+    EXPECT_GT(rough->ground_m_95.value(), 0.01);
+    EXPECT_THAT(rough->verdict, HasSubstr("in the lower half of the photo"));
+}
+
+TEST(CalibratePlate, WhereNobodyIsSeenWholeNothingIsCalledGood) {
+    const PlateView truth = camera_at({0, 0, 1.2}, {0, -89.9 * deg, 0}, 900);
+    PlateTask task = seen_by(truth, {{-0.3, -0.2, 0}, {0.3, -0.2, 0}, {0.3, 0.3, 0}, {-0.3, 0.25, 0}, {0.1, 0.1, 0.2}});
+    task.intrinsics = truth.k;
+    task.click_px = 0.5;
+    const auto found = calibrate_plate(task);
+    ASSERT_TRUE(found) << found.error().message;
+    EXPECT_FALSE(found->person_share_95);
+    EXPECT_GT(found->ground_m_95.value(), 0.0);
+    EXPECT_EQ(found->grade, PlateGrade::poor);
+    EXPECT_THAT(found->verdict, HasSubstr("nobody is seen whole where it was clicked"));
 }
 
 std::string refused(const PlateTask& task) {
@@ -211,16 +237,14 @@ std::string refused(const PlateTask& task) {
     return found ? "found: " + found->verdict : found.error().message;
 }
 
-PlateTask seen_by(const PlateView& view, std::initializer_list<glm::dvec3> points) {
-    PlateTask task{.size = size};
-    for (const glm::dvec3& each : points) task.points.push_back({*view.project(each), each});
-    return task;
-}
-
 const PlateView gate = camera_at({0, 0, 4}, {0, -15 * deg, 0}, 1000);
 
 TEST(CalibratePlate, SaysWhatIsMissing) {
     EXPECT_THAT(refused({.size = size}), StartsWith("points: none are given"));
+    EXPECT_THAT(refused(seen_by(gate, {{9, 0, 0}, {9, 3, 0}})), StartsWith("points: all are on one line"));
+    PlateTask bent = seen_by(gate, {{9, 0, 0}, {9, 3, 0}, {15, 0, 0}, {15, 4, 0}, {12, 1, 1}});
+    bent.lens = {camera::LensModel::plumb_bob, {-1e6}};
+    EXPECT_THAT(refused(bent), StartsWith("lens"));
     EXPECT_THAT(refused(seen_by(gate, {{9, 0, 0}, {9, 3, 0}, {15, 0, 0}})),
                 HasSubstr("6 numbers were clicked and 7 are sought"));
     EXPECT_THAT(refused(seen_by(gate, {{9, 0, 0}, {10, 0, 0}, {12, 0, 0}, {15, 0, 0}, {20, 0, 0}})),

@@ -41,6 +41,12 @@ TEST(CameraFile, ColmapsCameraSeesWhatColmapSays) {
                 HasSubstr("no model that is known here: FOV"));
     EXPECT_THAT(parse_colmap("1 PINHOLE 800 600 1\n", "", "").error().message, HasSubstr("too few numbers"));
     EXPECT_FALSE(parse_colmap("", "", ""));
+    EXPECT_TRUE(parse_colmap("1 PINHOLE 800 600 500 500 400 300\r\n\r\n", "", ""));
+    const std::string two = "1 PINHOLE 800 600 500 500 400 300\n2 PINHOLE 800 600 900 900 400 300\n";
+    EXPECT_THAT(parse_colmap(two, "", "").error().message, HasSubstr("has 2 cameras; give images.txt too"));
+    EXPECT_THAT(parse_colmap(two, "", "b.jpg").error().message, HasSubstr("b.jpg is named in images.txt"));
+    EXPECT_THAT(parse_colmap("1 OPENCV 2000000000 2000000000 1e9 1e9 1e9 1e9 -0.01 0 0 0\n", "", "").error().message,
+                HasSubstr("from 16x16 to 16384x16384"));
 }
 
 TEST(CameraFile, FspysCameraLooksAlongMinusZ) {
