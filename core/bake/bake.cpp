@@ -30,6 +30,17 @@ bool takes_part(const PlacedSurface& surface) {
            surface.primitive->source->topology == world::Topology::triangles;
 }
 
+/// Rays are of floats, whose steps beyond this are as long as what keeps a ray off its own surface (lift_m).
+constexpr double farthest_m = 4000.0;
+
+/// How far from the world's origin the nearest of what takes part is.
+double nearest_m(const PlacedScene& scene) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const PlacedSurface& surface : scene.statics().all())
+        if (takes_part(surface)) nearest = std::min(nearest, glm::length(surface.middle()));
+    return nearest;
+}
+
 /// How large a unit of a surface's mesh is in the world.
 double scale_of(const PlacedSurface& surface) {
     return std::cbrt(std::abs(glm::determinant(glm::dmat3(surface.world_from_local))));
@@ -211,6 +222,11 @@ Result<world::BakedLight> bake(const world::SceneRef& scene, const BakeOptions& 
                         "together into a group",
                         lamps.size(), world::max_light_layers - 3));
     const PlacedScene uncut = placed(scene);
+    if (const double nearest = nearest_m(uncut); nearest > farthest_m && std::isfinite(nearest))
+        return error(ErrorKind::invalid_argument,
+                     fmt::format("all of it is {:.0f} km or more from the world's origin, where light is not found to "
+                                 "a millimetre; move the scene within {:.0f} km of it",
+                                 nearest / 1000.0, farthest_m / 1000.0));
     for (double texels_per_m = options.texels_per_m;; texels_per_m *= 0.9) {
         light.models = cut_models(uncut, texels_per_m);
         if (light.models.empty())

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
+#include <optional>
+#include <utility>
 
 namespace camrig {
 namespace {
@@ -53,6 +55,22 @@ bool parse_decimal(std::string_view text, std::int64_t& num, std::int64_t& den) 
     return true;
 }
 
+/// The fraction of least terms that is this very double: the first such of its continued fraction.
+std::optional<std::pair<std::int64_t, std::int64_t>> fraction_of(double value) {
+    std::int64_t num = 1, den = 0, num_before = 0, den_before = 1;
+    for (double rest = value;;) {
+        const double whole = std::floor(rest);
+        if (whole > static_cast<double>(max_term)) return std::nullopt;
+        const auto term = static_cast<std::int64_t>(whole);
+        num_before = std::exchange(num, term * num + num_before);
+        den_before = std::exchange(den, term * den + den_before);
+        if (num > max_term || den > max_term) return std::nullopt;
+        if (static_cast<double>(num) / static_cast<double>(den) == value) return std::pair{num, den};
+        if (rest == whole) return std::nullopt;
+        rest = 1.0 / (rest - whole);
+    }
+}
+
 }  // namespace
 
 Result<Rate> Rate::create(std::int64_t num, std::int64_t den) {
@@ -87,7 +105,11 @@ Result<Rate> Rate::from_number(double frames_per_second) {
     if (!std::isfinite(frames_per_second)) return bad_rate("nan or infinity");
     char text[32];
     const auto printed = std::to_chars(text, text + sizeof text, frames_per_second);
-    return parse(std::string_view(text, static_cast<std::size_t>(printed.ptr - text)));
+    auto rate = parse(std::string_view(text, static_cast<std::size_t>(printed.ptr - text)));
+    if (rate || frames_per_second < 0.1 || frames_per_second > 1000.0) return rate;
+    // 30000/1001 as a program prints it has more digits than a rate.
+    const auto fraction = fraction_of(frames_per_second);
+    return fraction ? create(fraction->first, fraction->second) : rate;
 }
 
 TimeNs Rate::period_ns() const {

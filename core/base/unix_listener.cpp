@@ -18,11 +18,12 @@ UniqueFd make_socket(int type) {
     return UniqueFd(::socket(AF_UNIX, type | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
 }
 
-/// Somebody listens there. A full backlog counts as somebody.
+/// Somebody listens there: with a full backlog, or for connections of another type, it is somebody too.
 bool is_alive(const sockaddr_un& address, int type) {
     const UniqueFd probe = make_socket(type);
     if (!probe) return true;
-    return ::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 || errno == EAGAIN;
+    return ::connect(probe.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
+           (errno != ECONNREFUSED && errno != ENOENT);
 }
 
 /// `place` begins every message.

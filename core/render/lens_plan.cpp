@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <system_error>
 #include <thread>
 
 namespace camrig::render {
@@ -39,8 +40,12 @@ std::vector<glm::dvec3> rays_of(const camera::CameraModel& camera) {
         }
     };
     std::vector<std::jthread> others;
-    for (unsigned i = 1; i < threads; ++i) others.emplace_back(fill, i);
+    try {
+        while (others.size() + 1 < threads) others.emplace_back(fill, static_cast<unsigned>(others.size() + 1));
+    } catch (const std::system_error&) {  // there is no other thread to be had
+    }
     fill(0);
+    for (auto i = static_cast<unsigned>(others.size() + 1); i < threads; ++i) fill(i);
     return rays;
 }
 

@@ -47,7 +47,7 @@ std::optional<PosedObject::Ball> PosedObject::reach() const {
     for_each_surface([&](const world::Primitive& primitive, int node) {
         const int skin = model_->nodes[static_cast<std::size_t>(node)].skin;
         is_known &= primitive.targets.empty();
-        if (skin < 0) {
+        if (skin < 0 || primitive.joints.empty()) {
             grow(object_from_model * pose_.model_from_node[static_cast<std::size_t>(node)], primitive.bounds);
             return;
         }

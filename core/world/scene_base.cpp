@@ -1,6 +1,8 @@
 #include "core/world/scene_base.h"
 
 #include <algorithm>
+#include <map>
+#include <string>
 
 #include "core/base/json_reader.h"
 #include "core/world/gltf/failure.h"
@@ -24,9 +26,13 @@ bool is_named_list(const json& value) {
 void put_over(json& base, const json& change);
 
 void put_over_list(json& base, const json& change) {
+    std::map<std::string, std::size_t, std::less<>> places;
+    for (std::size_t n = 0; n < base.size(); ++n) places.emplace(base[n]["name"].get_ref<const std::string&>(), n);
     for (const json& item : change) {
-        const auto same = std::ranges::find(base, item["name"], [](const json& one) { return one["name"]; });
-        put_over(same == base.end() ? base.emplace_back(json::object()) : *same, item);
+        const auto& name = item["name"].get_ref<const std::string&>();
+        const auto [place, is_new] = places.emplace(name, base.size());
+        if (is_new) base.emplace_back(json::object());
+        put_over(base[place->second], item);
     }
 }
 

@@ -133,6 +133,12 @@ struct ActionRun {
             if (std::ranges::find(statics.lights, sun_name, &Light::name) == statics.lights.end())
                 statics.lights.push_back({.name = sun_name, .group = {}});
             apply_daylight(environment, statics.lights);
+            const Light& sun = *std::ranges::find(statics.lights, sun_name, &Light::name);
+            const auto flicker = std::ranges::find(world.flickers_, switch_name(sun), &SceneWorld::Flicker::light);
+            if (flicker != world.flickers_.end()) {
+                flicker->intensity = sun.intensity;
+                if (!flicker->is_on) set_intensity(statics, flicker->light, 0.0f);
+            }
             show_sky(statics);
         }
         return {};

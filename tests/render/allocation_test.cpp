@@ -67,8 +67,9 @@ void operator delete(void* memory, const std::nothrow_t&) noexcept {
 namespace camrig::render {
 namespace {
 
-/// Blocks that one instant of these views takes once everything is warm. Movers go to and fro, some of them glass.
-std::uint64_t blocks_an_instant(const std::vector<View>& views) {
+constexpr int counted_instants = 16;
+/// Blocks that so many instants of these views take once everything is warm. Movers go to and fro, some of them glass.
+std::uint64_t blocks_of_instants(const std::vector<View>& views) {
     TestWorld world;
     world.lights = {light_of(world::LightType::directional, 0.8f, {}, glm::normalize(glm::dvec3(1.0, 0.4, -0.7)))};
     world::Material glass = colored({0.3f, 0.5f, 0.9f});
@@ -82,7 +83,7 @@ std::uint64_t blocks_an_instant(const std::vector<View>& views) {
         world.movers.push_back(instance_of(model_of(box({0.1f, 0.1f, 0.2f}), paint), {3.5, 0.7 * i, 0.1}, id++));
         world.movers.push_back(instance_of(model_of(box({0.1f, 0.1f, 0.2f}), glass), {3.2, 0.7 * i, 0.1}, id++));
     }
-    constexpr int warm_up = 16, counted_instants = 16;  // eight frames of a camera are remembered
+    constexpr int warm_up = 16;  // eight frames of a camera are remembered
     std::vector<world::SnapshotRef> moments;
     for (int n = 0; n < warm_up + counted_instants; ++n) {
         auto moment = std::make_shared<world::Snapshot>(n == 0 ? *world.snapshot() : *moments.front());
@@ -95,7 +96,7 @@ std::uint64_t blocks_an_instant(const std::vector<View>& views) {
         const auto finished = cpu_renderer().draw(moments[static_cast<std::size_t>(n)], 0, views);
         EXPECT_TRUE(finished.has_value() && finished->set.frames.size() == views.size());
     }
-    return (blocks - before) / counted_instants;
+    return blocks - before;
 }
 
 TEST(SteadyState, APictureTakesNoMemory) {
@@ -105,12 +106,18 @@ TEST(SteadyState, APictureTakesNoMemory) {
         views.back().camera = CameraId{i + 1};
     }
     const std::vector<View> one(views.begin(), views.begin() + 1);
-    const std::uint64_t of_eight = blocks_an_instant(views), of_one = blocks_an_instant(one);
-    // The instant has its lists; a picture has the count of its readers (FrameRef), and nothing else.
-    EXPECT_LE(of_one, 8u);
-    EXPECT_LE(of_eight - of_one, 7u);
-    RecordProperty("blocks_an_instant_of_eight", static_cast<int>(of_eight));
-    std::printf("blocks an instant: %d of one view, %d of eight\n", static_cast<int>(of_one),
+    // On a busy machine a thread may have its first picture late, and what it keeps with it: the least of three counts.
+    std::uint64_t of_eight = blocks_of_instants(views), of_one = blocks_of_instants(one);
+    for (int again = 0; again < 2; ++again) {
+        of_eight = std::min(of_eight, blocks_of_instants(views));
+        of_one = std::min(of_one, blocks_of_instants(one));
+    }
+    // The instant has its lists; a picture has the count of its readers (FrameRef). There is nothing else but the
+    // pool's queue of frames that nobody uses: a std::deque, it takes a block for some 64 of the 128 pictures.
+    EXPECT_LE(of_one, 8u * counted_instants);
+    EXPECT_LE(of_eight, of_one + 7u * counted_instants + 4u);
+    RecordProperty("blocks_of_instants_of_eight", static_cast<int>(of_eight));
+    std::printf("blocks of %d instants: %d of one view, %d of eight\n", counted_instants, static_cast<int>(of_one),
                 static_cast<int>(of_eight));
 }
 
@@ -270,12 +277,14 @@ TEST(Exhausted, MemoryForTruthLeavesNothingHalfFoundOfStandingObjects) {
     }
 }
 
-/// Blocks that bringing one frame into this format takes once everything is warm. Of each frame other rows changed.
-std::uint64_t blocks_a_unit(const stream::MediaFormat& format) {
+constexpr int counted_frames = 16;
+/// Blocks that bringing so many frames into this format takes once everything is warm. Of each frame other rows
+/// changed.
+std::uint64_t blocks_of_units(const stream::MediaFormat& format) {
     constexpr ImageSize size{320, 200};
     auto pool = std::make_shared<frame::FramePool>();
     auto transcoder = stream::Transcoder::create(format, pool, std::make_shared<stream::TranscodeTimers>()).value();
-    constexpr int warm_up = 8, counted_frames = 16;
+    constexpr int warm_up = 8;
     std::vector<frame::FrameRef> frames;
     for (int n = 0; n < warm_up + counted_frames; ++n) {
         frame::FrameInfo info;
@@ -293,14 +302,15 @@ std::uint64_t blocks_a_unit(const stream::MediaFormat& format) {
         if (n == warm_up) before = blocks;
         EXPECT_TRUE(transcoder->transcode(frames[static_cast<std::size_t>(n)]).has_value());
     }
-    return (blocks - before) / counted_frames;
+    return blocks - before;
 }
 
 TEST(SteadyState, AUnitForReadersTakesNoMemoryButTheCountOfItsReaders) {
-    EXPECT_LE(blocks_a_unit({codec::Codec::jpeg, {}, 90, {}}), 1u);
-    EXPECT_LE(blocks_a_unit({codec::Codec::raw, frame::PixelFormat::yuyv, 0, {}}), 1u);
-    EXPECT_LE(blocks_a_unit({codec::Codec::raw, frame::PixelFormat::i420, 0, {160, 100}}), 2u) << "scaled first";
-    EXPECT_EQ(blocks_a_unit({codec::Codec::raw, frame::PixelFormat::rgba8, 0, {}}), 0u);
+    EXPECT_LE(blocks_of_units({codec::Codec::jpeg, {}, 90, {}}), 1u * counted_frames);
+    EXPECT_LE(blocks_of_units({codec::Codec::raw, frame::PixelFormat::yuyv, 0, {}}), 1u * counted_frames);
+    EXPECT_LE(blocks_of_units({codec::Codec::raw, frame::PixelFormat::i420, 0, {160, 100}}), 2u * counted_frames)
+        << "scaled first";
+    EXPECT_EQ(blocks_of_units({codec::Codec::raw, frame::PixelFormat::rgba8, 0, {}}), 0u);
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 #include <atomic>
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <string>
 
@@ -75,6 +77,11 @@ int main(int argc, char** argv) {
     if (command.checks && command.out.empty() && !files.empty()) command.out = files.front();
     if (command.out.empty()) command.out = fs::path((*scene)->file).replace_extension(world::baked_light_ending);
     if (command.checks) return check(**scene, command.out);
+    // Before hours of work: its folder takes files.
+    const fs::path folder = command.out.has_parent_path() ? command.out.parent_path() : fs::path(".");
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        return fail(folder.string() + ": cannot be written to (" + std::strerror(errno) +
+                    "); give -o FILE, and put it beside a copy of the scene");
     std::signal(SIGINT, [](int) { is_ended = true; });
     std::signal(SIGTERM, [](int) { is_ended = true; });
     // Ended by Ctrl-C, or by the machine: the next time it goes on from its last bounce.

@@ -138,7 +138,8 @@ public:
     template <typename Use>
     void each_proxy(const Use& use) const {
         for (const auto& [key, one] : proxies_)
-            for (const PlacedSurface& surface : one.placed.all()) use(surface);
+            if (const auto backdrop = one.of.lock())  // its models are kept no longer than it
+                for (const PlacedSurface& surface : one.placed.all()) use(surface);
     }
 
     std::uint64_t statics_number() const { return statics_number_; }  ///< counts the static sets

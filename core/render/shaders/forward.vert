@@ -103,7 +103,7 @@ void main() {
     out_tangent = vec4(rotate(in_tangent.xyz), in_tangent.w * sign(determinant(world_from_local)));
 #endif
 #ifdef VERTEX_LIGHT
-    n = normalize(n);
+    n = dot(n, n) > 0.0 ? normalize(n) : vec3(0.0);  // flattened to nothing it has none
     out_light = hemisphere(n) + lambert(n, p);
 #ifdef DOUBLE_SIDED
     out_light_behind = hemisphere(-n) + lambert(-n, p);

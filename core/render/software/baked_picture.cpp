@@ -1,11 +1,14 @@
 #include "core/render/software/baked_picture.h"
 
 #include <algorithm>
+#include <iterator>
 
 #include "core/render/scene/light_sum.h"
 
 namespace camrig::render::software {
 namespace {
+
+constexpr std::size_t most_states = 4;
 
 SampledTexture use_of(const BakedPicture& picture, const world::Primitive& primitive) {
     SampledTexture use;
@@ -48,7 +51,10 @@ std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& st
                        return light.flicker_hz == one.first;
                    });
         });
-    std::shared_ptr<const BakedPicture>& last = last_[lamps_hz];
+    // A frequency more takes the place of another: each has a map of its own.
+    if (!last_.contains(lamps_hz) && last_.size() >= most_states) last_.erase(std::prev(last_.end())->first);
+    const auto found = last_.find(lamps_hz);
+    const std::shared_ptr<const BakedPicture> last = found == last_.end() ? nullptr : found->second;
     std::vector<glm::vec3> weights = scene::layer_weights(statics, lamps_hz);
     const bool is_same_light = last != nullptr && last->weights == weights;
     const auto has_model = [&](const world::Instance& object) {
@@ -57,8 +63,7 @@ std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& st
     if (is_same_light && std::ranges::all_of(statics.objects, has_model)) return last;
     // Another object may be there, or one that was hidden.
     std::shared_ptr<const scene::ProbeSights> sights;
-    for (const auto& [hz, picture] : last_)
-        if (picture != nullptr) sights = picture->sights;
+    for (const auto& [hz, picture] : last_) sights = picture->sights;
     if (sights == nullptr)
         sights = std::make_shared<scene::ProbeSights>(scene::sights_of(statics.baked_light->reflection_probes));
     const auto made = is_same_light ? std::make_shared<BakedPicture>(*last)
@@ -72,7 +77,7 @@ std::shared_ptr<const BakedPicture> BakedPictures::of(const world::StaticSet& st
                 if (!primitive.light_coordinates.empty())
                     made->of_primitives.try_emplace(&primitive, use_of(*made, primitive));
     }
-    last = made;
+    last_.insert_or_assign(lamps_hz, made);
     return made;
 }
 

@@ -160,7 +160,9 @@ void ViewGeometry::light_vertices(ViewDraw& draw) {
     const bool has_back = draw.primitive->material->double_sided;
     for (const std::uint32_t i : draw.mesh->vertices) {
         const glm::vec3 p(draw.optical_from_local * glm::dvec4(draw.positions[i], 1.0));
-        const glm::vec3 n = glm::normalize(draw.optical_from_normal * draw.normals[i]);
+        // Of what is flattened to nothing it is none.
+        const glm::vec3 normal = draw.optical_from_normal * draw.normals[i];
+        const glm::vec3 n = normal * glm::inversesqrt(std::max(glm::dot(normal, normal), 1e-30f));
         to[i].ambient = hemisphere<OnePoint>(light_, n);
         to[i].light = to[i].ambient + lambert<OnePoint>(*draw.lights, n, p);
         if (has_back) to[i].light_behind = hemisphere<OnePoint>(light_, -n) + lambert<OnePoint>(*draw.lights, -n, p);

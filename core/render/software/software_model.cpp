@@ -46,9 +46,12 @@ const SampledTexture& MaterialTextures::of(const scene::PreparedPrimitive& prepa
 const MeshNeighbors& NeighborsOfLevels::of(const SoftwarePrimitive& primitive, const scene::PreparedPrimitive& prepared,
                                            int level) {
     std::call_once(once_, [&] {
-        levels_.push_back(neighbors_of(primitive.full.triangles, *prepared.source));
+        // All or none of them: without memory it is called again.
+        std::vector<MeshNeighbors> levels;
+        levels.push_back(neighbors_of(primitive.full.triangles, *prepared.source));
         for (const scene::MeshLevel& coarser : prepared.coarser)
-            levels_.push_back(neighbors_of(coarser.triangles, *prepared.source));
+            levels.push_back(neighbors_of(coarser.triangles, *prepared.source));
+        levels_ = std::move(levels);
     });
     return levels_[static_cast<std::size_t>(level)];
 }

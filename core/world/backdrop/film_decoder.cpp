@@ -293,13 +293,20 @@ Result<Image> LibavDecoder::converted(ImageSize size) {
     av().sws_setColorspaceDetails(scaler_.get(), av().sws_getCoefficients(is_709 ? SWS_CS_ITU709 : SWS_CS_ITU601),
                                   is_full, av().sws_getCoefficients(SWS_CS_DEFAULT), 1, 0, 1 << 16, 1 << 16);
     // libswscale writes whole groups of pixels: into rows with room for them.
-    if (planes_->buf[0] == nullptr) {
+    if (planes_->format != target) {
+        planes_.reset(av().av_frame_alloc());
+        if (planes_ == nullptr) return no_film("no memory", ErrorKind::resource_exhausted);
         planes_->format = target;
         planes_->width = size.width;
         planes_->height = size.height;
-        if (av().av_frame_get_buffer(planes_.get(), 64) < 0) return no_film("no memory", ErrorKind::resource_exhausted);
+        if (av().av_frame_get_buffer(planes_.get(), 64) < 0) {
+            planes_->format = AV_PIX_FMT_NONE;
+            return no_film("no memory", ErrorKind::resource_exhausted);
+        }
     }
-    av().sws_scale(scaler_.get(), frame_->data, frame_->linesize, 0, size.height, planes_->data, planes_->linesize);
+    if (av().sws_scale(scaler_.get(), frame_->data, frame_->linesize, 0, size.height, planes_->data,
+                       planes_->linesize) != size.height)
+        return no_film("a picture cannot be converted");
     Image image{.size = size, .rgba = std::vector<std::uint8_t>(static_cast<std::size_t>(size.pixels()) * 4)};
     const auto row = [&](int plane, int y) {
         return planes_->data[plane] + static_cast<std::ptrdiff_t>(y) * planes_->linesize[plane];

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <string>
 
 #include "core/world/posed_model.h"
@@ -62,6 +63,7 @@ template <typename IsWanted>
 ModelRef only(const Model& model, const std::vector<std::string>& roles, const IsWanted& is_wanted) {
     Model made = model;
     bool has_any = false;
+    std::map<int, int> unlit;  // meshes, by those they are of
     for (std::size_t i = 0; i < made.nodes.size(); ++i) {
         Node& node = made.nodes[i];
         if (node.mesh < 0) continue;
@@ -72,6 +74,11 @@ ModelRef only(const Model& model, const std::vector<std::string>& roles, const I
         has_any = true;
         if (roles[i] != holdout_role) continue;
         // What has no light has none to lose.
+        const auto [copy, is_new] = unlit.emplace(node.mesh, static_cast<int>(made.meshes.size()));
+        if (!is_new) {
+            node.mesh = copy->second;
+            continue;
+        }
         Mesh mesh = made.meshes[static_cast<std::size_t>(node.mesh)];
         for (Primitive& primitive : mesh.primitives) {
             Material material =
@@ -80,7 +87,7 @@ ModelRef only(const Model& model, const std::vector<std::string>& roles, const I
             primitive.material = static_cast<int>(made.materials.size());
             made.materials.push_back(std::move(material));
         }
-        node.mesh = static_cast<int>(made.meshes.size());
+        node.mesh = copy->second;
         made.meshes.push_back(std::move(mesh));
     }
     return has_any ? std::make_shared<const Model>(std::move(made)) : nullptr;

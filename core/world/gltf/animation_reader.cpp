@@ -93,9 +93,12 @@ double ground_speed(const nlohmann::json& animation, const std::string& place) {
     const nlohmann::json::json_pointer pointer("/extras/ground_speed_m_s");
     if (!animation.contains(pointer)) return 0.0;
     const auto& value = animation[pointer];
-    require(value.is_number() && value.get<double>() >= 0.0 && value.get<double>() <= 1000.0,
-            place + ".extras.ground_speed_m_s", "expected a number from 0 to 1000");
-    return value.get<double>();
+    // Whom a clip carries slower than that it would take years over a step.
+    constexpr double least_m_s = 0.001, most_m_s = 1000.0;
+    const double speed = value.is_number() ? value.get<double>() : -1.0;
+    require(speed == 0.0 || (speed >= least_m_s && speed <= most_m_s), place + ".extras.ground_speed_m_s",
+            "expected a number from 0.001 to 1000, or 0");
+    return speed;
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ inline constexpr std::size_t max_placed_vertices = std::size_t{1} << 26;
 /// And each of these costs its place and its draw.
 inline constexpr std::size_t max_placed_primitives = std::size_t{1} << 18;
 inline constexpr std::size_t max_indices = std::size_t{1} << 26;
+inline constexpr std::size_t max_placed_indices = std::size_t{1} << 28;  ///< over all nodes, as vertices
 inline constexpr std::size_t max_morph_targets = 1024;
 inline constexpr std::size_t max_joints = 65535;
 inline constexpr std::size_t max_keys = std::size_t{1} << 22;

@@ -112,7 +112,7 @@ void check_joints(const Model& model) {
 }
 
 void check_placed(const Model& model) {
-    std::size_t vertices = 0, primitives = 0;
+    std::size_t vertices = 0, indices = 0, primitives = 0;
     const auto check = [](std::size_t count, std::size_t limit, const char* what) {
         if (count > limit)
             fail("nodes", "their meshes have more than " + std::to_string(limit) + " " + what + " in all",
@@ -123,8 +123,12 @@ void check_placed(const Model& model) {
         const auto& placed = model.meshes[static_cast<std::size_t>(node.mesh)].primitives;
         primitives += placed.size();
         check(primitives, max_placed_primitives, "primitives");
-        for (const Primitive& primitive : placed) vertices += primitive.positions.size();
+        for (const Primitive& primitive : placed) {
+            vertices += primitive.positions.size();
+            indices += primitive.indices.size();
+        }
         check(vertices, max_placed_vertices, "vertices");
+        check(indices, max_placed_indices, "indices");
     }
 }
 

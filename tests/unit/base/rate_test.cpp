@@ -65,6 +65,11 @@ TEST(Rate, NumbersAreTakenAsTheDecimalThatNamesThem) {
     EXPECT_EQ(Rate::from_number(1000).value(), Rate::create(1000, 1).value());
     EXPECT_EQ(Rate::from_number(25).value().to_string(), "25");
     EXPECT_EQ(Rate::parse("60000/2002").value().to_string(), "30000/1001");
+    for (const auto& [num, den] : {std::pair{30000, 1001}, {60000, 1001}, {24000, 1001}, {1, 3}, {1000, 7}})
+        EXPECT_EQ(Rate::from_number(static_cast<double>(num) / den).value(), Rate::create(num, den).value());
+    EXPECT_EQ(Rate::from_number(1.0 / 3.0).value().to_string(), "1/3");
+    EXPECT_FALSE(Rate::from_number(1.0e-2));
+    EXPECT_FALSE(Rate::from_number(1000.0000000000001));
 }
 
 TEST(Rate, WhatIsNoRateIsRefusedWithTheReason) {

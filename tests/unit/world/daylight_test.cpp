@@ -406,6 +406,34 @@ TEST(Act, SwitchesLampsOfAGroupTogetherAndNoneAlone) {
     EXPECT_EQ(lights(4 * ns_per_s)[1].intensity, 0.5f) << "it ended as it was";
 }
 
+TEST(Act, ASunThatFlickersHasTheLightOfADayThatComes) {
+    const auto scene = load_scene(written(by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}})));
+    ASSERT_TRUE(scene) << scene.error().message;
+    auto world = World::create(*scene, 1).value();
+    const auto act = [&](const char* text) {
+        return world->act(
+            event((std::string(R"({"name": "x", "when": {"at_s": 99}, "do": [)") + text + "]}").c_str()).actions);
+    };
+    const auto sun_at = [&](TimeNs t) {
+        world->advance_to(t);
+        return std::ranges::find(world->snapshot(t)->statics->lights, "sun", &Light::name)->intensity;
+    };
+    const float noon = sun_at(0);
+    ASSERT_TRUE(act(R"({"action": "light", "light": "sun", "flicker_hz": 10, "seconds": 4})"));
+    sun_at(ns_per_s);
+    ASSERT_TRUE(act(R"({"action": "environment", "daylight": {"azimuth_deg": 270, "elevation_deg": 3}})"));
+    float brightest = 0.0f;
+    bool was_off = false;
+    for (TimeNs t = ns_per_s; t < 4 * ns_per_s; t += 50 * ns_per_ms) {
+        const float now = sun_at(t);
+        was_off |= now == 0.0f;
+        brightest = std::max(brightest, now);
+    }
+    EXPECT_TRUE(was_off);
+    EXPECT_LT(brightest, 0.5f * noon);
+    EXPECT_EQ(sun_at(5 * ns_per_s), brightest) << "it ended as that day is";
+}
+
 TEST(LightGroups, AreAlikeAndHaveNamesOfTheirOwn) {
     const auto told = [](const json& second) {
         json file = by_day({{"azimuth_deg", 90}, {"elevation_deg", 60}});

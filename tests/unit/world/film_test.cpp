@@ -23,6 +23,21 @@ int code_of(std::int64_t n) {
     return 20 + static_cast<int>(n % 7) * 30;
 }
 
+/// A JPEG of one colour, gray or with chroma.
+std::vector<unsigned char> jpeg_of(std::uint8_t code, bool has_chroma) {
+    const std::vector<std::uint8_t> pixels(static_cast<std::size_t>(size.pixels()) * 3, code);
+    unsigned char* made = nullptr;
+    unsigned long bytes = 0;
+    const tjhandle jpeg = tjInitCompress();
+    EXPECT_EQ(tjCompress2(jpeg, pixels.data(), size.width, 0, size.height, TJPF_RGB, &made, &bytes,
+                          has_chroma ? TJSAMP_420 : TJSAMP_GRAY, 95, 0),
+              0);
+    const std::vector<unsigned char> file(made, made + bytes);
+    tjFree(made);
+    tjDestroy(jpeg);
+    return file;
+}
+
 /// A film of plain JPEGs, which is removed.
 class Film : public testing::Test {
 protected:
@@ -55,6 +70,27 @@ protected:
     std::uintmax_t first_bytes_ = 0;  ///< of the first picture
     std::shared_ptr<const FilmFile> film_;
 };
+
+TEST(MixedFilm, PicturesWithoutChromaMayFollowOthersAndTheOtherWayRound) {
+    const TemporaryFolder folder;
+    const auto path = folder / "night.mjpeg";
+    {
+        std::ofstream out(path, std::ios::binary);
+        for (int n = 0; n < 4; ++n) {
+            const auto file = jpeg_of(static_cast<std::uint8_t>(50 * (n + 1)), n == 1 || n == 2);
+            out.write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+        }
+    }
+    const auto film = read_film(path);
+    ASSERT_TRUE(film) << film.error().message;
+    const Rate rate = Rate::create(25, 1).value();
+    FilmPlayer player(*film, rate, size);
+    for (const int n : {0, 1, 2, 3, 1, 0, 3}) {
+        const auto picture = player.picture_of(player.at(rate.time_of_frame(n), true));
+        for (std::size_t i = 0; i < picture->rgba.size(); ++i)
+            ASSERT_NEAR(picture->rgba[i], i % 4 == 3 ? 255 : 50 * (n + 1), 2) << n << " at " << i;
+    }
+}
 
 TEST_F(Film, ShowsThePictureOfItsTimeInWholeNumbersAfterAnyJump) {
     ASSERT_EQ(film_->index.times.size(), std::size_t{pictures});

@@ -174,6 +174,16 @@ TEST(GltfLoader, ALargeMeshOnVeryManyNodesIsAnError) {
     EXPECT_THAT(error_of(glb), HasSubstr("nodes: their meshes have more than 67108864 vertices in all"));
 }
 
+TEST(GltfLoader, ManyIndicesOnVeryManyNodesAreAnError) {
+    GlbBuilder glb;
+    glb.mesh(triangle);
+    auto& primitive = glb.json["meshes"][0]["primitives"][0];
+    primitive["attributes"]["NORMAL"] = glb.floats({0, 0, 1, 0, 0, 1, 0, 0, 1}, "VEC3");  // or each corner is a vertex
+    primitive["indices"] = glb.accessor(std::vector<std::uint32_t>(3'000'000, 0), "SCALAR", 5125);
+    for (int i = 1; i < 100; ++i) glb.json["nodes"].push_back({{"mesh", 0}});
+    EXPECT_THAT(error_of(glb), HasSubstr("nodes: their meshes have more than 268435456 indices in all"));
+}
+
 TEST(GltfLoader, ManyPrimitivesOnVeryManyNodesAreAnError) {
     GlbBuilder glb;
     glb.mesh(triangle);
