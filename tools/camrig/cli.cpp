@@ -152,6 +152,9 @@ int run_cli(std::vector<std::string> arguments, const CliHooks& hooks) {
         context.action = [&] { return context.print({{"version", version}}, std::string("camrig ") + version); };
     });
 
+    // Where the words cannot be understood CLI11 sets no option, and how to say so must be known.
+    const auto own_end = std::ranges::find(arguments, "--");
+    context.json = std::find(arguments.begin(), own_end, "--json") != own_end;
     std::ranges::reverse(arguments);  // CLI11 takes them from the back
     try {
         app.parse(std::move(arguments));

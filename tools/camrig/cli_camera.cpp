@@ -111,14 +111,21 @@ void add_create(CLI::App& camera, CliContext& context) {
     };
     auto options = std::make_shared<Options>();
     CLI::App* create = camera.add_subcommand("create", "makes a camera, or those of a file");
-    create->add_option("NAME", options->name, "1 to 24 of a-z, 0-9 and _; with --file: instead of its name");
+    auto* name =
+        create->add_option("NAME", options->name, "1 to 24 of a-z, 0-9 and _; with --file: instead of its name");
     create->add_option("--place", options->place, "a named place of the scene: pose and field of view");
-    create->add_option("--file", options->file,
-                       "JSON: a camera (as `camera get --json` prints it), a list of them, "
-                       "or {\"cameras\": [...]}");
-    create->add_flag("--replace", options->replaces,
-                     "with --file: changes cameras that are there into those of the file");
+    auto* file = create->add_option("--file", options->file,
+                                    "JSON: a camera (as `camera get --json` prints it), a list of them, "
+                                    "or {\"cameras\": [...]}");
+    auto* replace = create
+                        ->add_flag("--replace", options->replaces,
+                                   "with --file: changes cameras that are there into those of the file")
+                        ->needs(file);
     options->camera.add_to(*create);
+    // The file says all else.
+    for (CLI::Option* other : create->get_options())
+        if (other != name && other != file && other != replace && other != create->get_help_ptr())
+            other->excludes(file);
     create->callback([options, &context] {
         context.action = [options, &context] {
             if (!options->file.empty())

@@ -139,7 +139,7 @@ void add_from_table(CLI::App& command, CameraOptions::FromTable& given) {
         std::string names;
         for (const Field& part : field.parts) names += (names.empty() ? "" : ", ") + part.name;
         if (field.is_nullable()) names += "; none: " + field.null;
-        option->description("NAME=VALUE, more than once for more: " + names);
+        option->description("NAME=VALUE, more than once for more: " + names)->allow_extra_args(false);
         return;
     }
     option->description(words_of(field))->expected(1)->type_name(field.type.starts_with("string") ? "TEXT" : "FLOAT");

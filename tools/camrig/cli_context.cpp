@@ -64,7 +64,7 @@ int CliContext::fail(const Error& why) const {
 }
 
 int CliContext::usage(const std::string& why) const {
-    err << "camrig: " << one_line(why) << std::endl;
+    fail({ErrorKind::invalid_argument, why});
     return exit_usage;
 }
 

@@ -35,8 +35,9 @@ struct CliContext {
     Result<nlohmann::json> call(std::string_view method, const nlohmann::json& params = nlohmann::json::object(),
                                 std::chrono::milliseconds timeout = client::RpcClient::default_timeout) const;
 
-    /// One line on err.
+    /// One line on err; with --json an object: {"error": {"kind", "message"}}.
     int fail(const Error& why) const;
+    /// The same of a command line that is wrong in itself.
     int usage(const std::string& why) const;
     /// --json: the value as it is. Else the words.
     int print(const nlohmann::json& value, const std::string& words) const;

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "control/client/endpoint.h"
 #include "rtsp_out/http/asking_page.h"
 #include "rtsp_out/rtsp/video_encoder.h"
 #include "tools/camrig/cli_commands.h"
@@ -142,6 +143,9 @@ void add_serve_command(CLI::App& app, CliContext& context, const CliHooks& hooks
     serve->callback([options, &context, &hooks] {
         context.action = [options, &context, &hooks] {
             options->control = context.control.empty() ? client::default_control() : context.control;
+            if (const auto at = client::Endpoint::parse(options->control); !at || !at->host.empty())
+                return context.usage("--control: a rig's own socket is a path, and " + options->control +
+                                     " is an address; control over TCP is --tcp PORT");
             options->token_file = context.token_file;
             return hooks.serve(*options);
         };

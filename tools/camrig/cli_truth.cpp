@@ -101,6 +101,7 @@ void add_truth_command(CLI::App& app, CliContext& context) {
     truth->add_option("--min-ns", options->min_ns, "world time that the picture must at least show")->excludes(network);
     truth->add_option("--classes", options->classes, "NAME,NAME,...: only objects of these classes")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->needs(network);
     truth->callback([options, &context] {
         if (!options->is_network && options->cameras.empty()) throw CLI::RequiredError("NAME");

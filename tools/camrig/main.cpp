@@ -7,7 +7,7 @@
 
 int main(int argc, char** argv) {
     const auto exec = [](const std::vector<std::string>& command, const std::string& control) {
-        return camrig::device::exec_with_devices(command, camrig::cli::device_socket_of(control));
+        return camrig::device::exec_with_devices(command, camrig::cli::real_device_socket_of(control));
     };
     const auto view = [](const std::vector<std::string>& arguments) {
         return camrig::cli::exec_companion(camrig::cli::view_program, arguments);

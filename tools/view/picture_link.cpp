@@ -70,7 +70,7 @@ std::map<std::string, Picture> PictureLink::take_small() {
     return std::exchange(small_, {});
 }
 
-client::Camera PictureLink::place(const FlyCamera& from, client::Size size, std::int64_t& shows_from_ns) {
+void PictureLink::place(const FlyCamera& from, client::Size size) {
     client::CameraOptions options;
     options.size = size;
     options.vfov_deg = vfov_deg;
@@ -78,15 +78,21 @@ client::Camera PictureLink::place(const FlyCamera& from, client::Size size, std:
     options.pan_deg = from.pan_rad * 180 / std::numbers::pi;
     options.tilt_deg = from.tilt_rad * 180 / std::numbers::pi;
     options.roll_deg = 0;
-    if (!placed_) {
+    if (!own_) {
         options.fps = fly_fps;
         const std::lock_guard lock(making_);
         if (has_left_) throw client::Error("unavailable", "the window is closing");
-        return rig_.create_camera(own_camera_, options);
+        placed_.reset();
+        try {
+            own_ = rig_.create_camera(own_camera_, options);
+            placed_ = {from, size};
+        } catch (const client::Error& why) {
+            if (why.kind() != "already_exists") throw;
+            own_ = rig_.camera(own_camera_);  // made, and the answer was lost
+        }
     }
-    const client::Camera camera = *own_;
-    if (*placed_ != std::pair{from, size}) shows_from_ns = camera.set(options).applied_ns;
-    return camera;
+    if (placed_ != std::pair{from, size}) own_->set(options);
+    placed_ = {from, size};
 }
 
 std::chrono::milliseconds PictureLink::take_world_picture() {
@@ -99,23 +105,25 @@ std::chrono::milliseconds PictureLink::take_world_picture() {
     }
     bool is_new = false;
     try {
-        std::int64_t shows_from_ns = 0;
-        own_ = place(from, size, shows_from_ns);
-        is_new = placed_ != std::pair{from, size};
-        placed_ = {from, size};
-        const auto frame =
-            own_->frame({.kind = "color", .min_ns = shows_from_ns, .format = "jpeg", .quality = fly_quality});
+        is_new = shown_ != std::pair{from, size};
+        place(from, size);
+        // No min_ns: it waits for what the last command did, and in a world that stands shows it at once.
+        const auto frame = own_->frame({.kind = "color", .format = "jpeg", .quality = fly_quality});
         is_new = is_new || frame.sequence != last_sequence_;
         last_sequence_ = frame.sequence;
         if (is_new) {
             auto picture = decode_jpeg(frame.data);
             if (!picture) return again_after;
+            shown_ = {from, size};
             const std::lock_guard lock(mutex_);
             world_ = WorldPicture{std::move(*picture), from.pose(), vfov_deg * std::numbers::pi / 180};
         }
     } catch (const client::Error& why) {
         // RigLink says what is wrong. Who has deleted our camera gets it back.
-        if (why.kind() == "not_found" || why.kind() == "unavailable") placed_.reset();
+        if (why.kind() == "not_found") {
+            own_.reset();
+            shown_.reset();
+        }
         return again_after;
     }
     if (!is_new) return idle_for;

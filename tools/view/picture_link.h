@@ -50,8 +50,8 @@ public:
     static constexpr double vfov_deg = 60;
 
 private:
-    /// Makes our camera or moves it; `shows_from_ns`: the world time from which it shows that, where it was moved.
-    client::Camera place(const FlyCamera& from, client::Size size, std::int64_t& shows_from_ns);
+    /// Makes our camera or moves it.
+    void place(const FlyCamera& from, client::Size size);
     std::chrono::milliseconds take_world_picture();
     std::chrono::milliseconds take_small_picture();
 
@@ -66,8 +66,9 @@ private:
     std::optional<WorldPicture> world_;
     std::vector<std::string> wanted_;
     std::map<std::string, Picture> small_;
-    std::optional<client::Camera> own_;  ///< of the thread that takes world pictures, as the next two
+    std::optional<client::Camera> own_;  ///< of the thread that takes world pictures, as the next three
     std::optional<std::pair<FlyCamera, client::Size>> placed_;  ///< where own_ is
+    std::optional<std::pair<FlyCamera, client::Size>> shown_;   ///< what the last picture was taken from
     std::int64_t last_sequence_ = -1;
     std::size_t next_small_ = 0;  ///< of the thread that takes small pictures
     std::optional<Worker> world_worker_;

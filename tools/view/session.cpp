@@ -62,10 +62,18 @@ void Session::drag_camera(const client::CameraState& camera, const camera::Pose&
     move_camera(camera, pose);
 }
 
+std::string Session::unused(std::string name) const {
+    std::vector<std::string> tried;
+    // First whether one is about to be made: when it no longer is, the model has it.
+    while (link.is_pending("create " + name) || link.model().find(name) != nullptr) {
+        tried.push_back(name);
+        name = free_name(name, tried);
+    }
+    return name;
+}
+
 void Session::create_camera() {
-    auto names = names_of(model.cameras);
-    std::string name = "cam";
-    if (std::ranges::find(names, name) != names.end()) name = free_name(name, names);
+    const std::string name = unused("cam");
     // Before the eye, or it could be neither seen nor dragged.
     FlyCamera place = fly;
     place.go(new_camera_ahead_m, 0, 0);
@@ -78,7 +86,7 @@ void Session::create_camera() {
 void Session::duplicate_selected() {
     const auto* camera = model.find(selected);
     if (camera == nullptr) return;
-    const std::string name = free_name(camera->name, names_of(model.cameras));
+    const std::string name = unused(camera->name);
     client::CameraOptions options = camera->options();
     if (!camera->mount) {
         camera::Pose beside = pose_of_camera(*camera);

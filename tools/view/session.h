@@ -59,6 +59,8 @@ struct Session {
     void move_camera(const client::CameraState& camera, const camera::Pose& pose);
     /// The same by hand, which undo() takes back as a whole.
     void drag_camera(const client::CameraState& camera, const camera::Pose& pose);
+    /// A name for a camera to be made: `name`, or one like it, that no camera has and none that is being made.
+    std::string unused(std::string name) const;
     void create_camera();
     void duplicate_selected();
     /// Asks first.

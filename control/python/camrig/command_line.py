@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import sys
 from typing import Callable, NoReturn, Sequence
@@ -15,10 +16,10 @@ _EXIT_FAILED, _EXIT_USAGE = 1, 2
 
 
 class Parser(argparse.ArgumentParser):
-    """Wrong usage is one line on stderr and exit code 2, as for the commands in C++."""
+    """Wrong usage is one line on stderr (JSON with --json) and exit code 2, as for the commands in C++."""
 
     def error(self, message: str) -> NoReturn:
-        print(f"camrig: {message} ({self.prog} --help)", file=sys.stderr)
+        _tell("invalid_argument", f"{message} ({self.prog} --help)")
         sys.exit(_EXIT_USAGE)
 
 
@@ -40,17 +41,20 @@ def connect_as_told(options: argparse.Namespace) -> Rig:
 
 
 def run(main: Callable[[Sequence[str]], int]) -> int:
-    """Runs a command on sys.argv; what goes wrong is one line on stderr and exit code 1."""
+    """Runs a command on sys.argv; what goes wrong is one line on stderr (JSON with --json) and exit code 1."""
     try:
         return main(sys.argv[1:])
     except CamrigError as problem:
-        return _fail(problem.message)
+        _tell(problem.kind, problem.message)
     except OSError as problem:
-        return _fail(str(problem))
+        _tell("not_found" if isinstance(problem, FileNotFoundError) else "unavailable", str(problem))
     except KeyboardInterrupt:
         return 130
-
-
-def _fail(message: str) -> int:
-    print("camrig: " + " ".join(message.split()), file=sys.stderr)
     return _EXIT_FAILED
+
+
+def _tell(kind: str, message: str) -> None:
+    if "--json" in sys.argv[1:]:
+        print(json.dumps({"error": {"kind": kind, "message": message}}), file=sys.stderr)
+    else:
+        print("camrig: " + " ".join(message.split()), file=sys.stderr)

@@ -1,5 +1,6 @@
 """How a command in Python finds its rig, and how it fails."""
 
+import json
 import sys
 
 import pytest
@@ -67,3 +68,15 @@ def test_wrong_usage_is_one_line_and_exit_code_2(capsys):
     assert caught.value.code == 2
     error = capsys.readouterr().err
     assert error.startswith("camrig: ") and "--nonsense" in error and error.count("\n") == 1
+
+
+def test_with_json_failures_are_json(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["x", "--json", "--control", str(tmp_path / "nobody.sock")])
+    assert run(lambda arguments: connect_as_told(parse(*arguments)) and 0) == 1
+    error = json.loads(capsys.readouterr().err)["error"]
+    assert error["kind"] == "unavailable" and error["message"].startswith("no rig at")
+    with pytest.raises(SystemExit) as caught:
+        parse("--nonsense")
+    assert caught.value.code == 2
+    error = json.loads(capsys.readouterr().err)["error"]
+    assert error["kind"] == "invalid_argument" and "--nonsense" in error["message"]
