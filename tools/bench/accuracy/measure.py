@@ -48,27 +48,27 @@ def reprojection(rig, camera, dither=4, radius_px=9.0, spacing_px=42.0, **option
     return residuals, field.truth(camera)
 
 
-# With ssaa4, four pictures moved by these make one of 8 x 8 samples a pixel.
-FINE_SHIFTS = [(x / 16, y / 16) for y in (-1, 1) for x in (-1, 1)]
+# Pictures moved by these, in px: one ordinary one, or four, whose mean has 256 places a pixel by areas.
+ONE, FOUR = [(0.0, 0.0)], [(x / 16, y / 16) for y in (-1, 1) for x in (-1, 1)]
 
 
-def corners_of_board(cam, camera, chosen):
-    """Pixels of the corners that each view shows, as cornerSubPix finds them in the mean of four pictures."""
+def corners_of_board(cam, camera, chosen, shifts=FOUR):
+    """Pixels of the corners that each view shows, as cornerSubPix finds them in the mean of the pictures."""
     light = [0.0] * len(chosen)
-    for shift in FINE_SHIFTS:
+    for shift in shifts:
         cam.set(**camera.options(shift))
         for i, seen in enumerate(chosen):
             cam.set(**seen.view.options())
-            light[i] = light[i] + estimator.linear_light(cam.frame().image) / len(FINE_SHIFTS)
+            light[i] = light[i] + estimator.linear_light(cam.frame().image) / len(shifts)
     edges = "straight" if camera.model == "pinhole" else "bent"
     return [boards.find_corners(picture, seen.pixels, edges) for picture, seen in zip(light, chosen)]
 
 
-def calibrate(rig, camera, count=20, seed=5, **options):
+def calibrate(rig, camera, count=20, seed=5, shifts=FOUR, **options):
     """(rms, matrix, distortion) of OpenCV's calibration of `count` rendered views, and the corners' errors (N, 2), px."""
     chosen = boards.views(camera, count, seed)
     cam = new_camera(rig, **camera.options(), **options)
-    pictures = corners_of_board(cam, camera, chosen)
+    pictures = corners_of_board(cam, camera, chosen, shifts)
     errors = np.concatenate([found - seen.pixels for found, seen in zip(pictures, chosen)])
     return solve(camera, pictures, [seen.corners for seen in chosen]), errors
 

@@ -28,17 +28,18 @@ def rms(values):
 
 def edges_and_cost(section, quick):
     """Edges of all kinds of light, through lenses too, and what pictures cost with and without shadows."""
-    rows, worst = [], 0.0
+    rows, worst, missing = [], 0.0, 0
     with measure.rig_of() as rig:
         cases = [(PINHOLES[0], *case) for case in CASES[: 3 if quick else None]]
         cases += [(camera, shadow_scene.SUN, 30.0) for camera in LENSES if camera.name in THROUGH]
         for camera, light, extent_m in cases:
             found = edges_of(rig, camera, light, extent_m, quick)
             worst = max(worst, float(abs(found.error_texels).max()))
+            missing += found.missing
             most = abs(found.error_m).max()
             rows.append(
                 (camera.name, light.name, f"{extent_m:.0f}", 1e3 * found.texel_m.mean(), 1e3 * rms(found.error_m), 1e3 * most, PX_PER_M * most,
-                 rms(found.error_texels), float(abs(found.error_texels).max()), float(np.median(found.width_m / (found.texel_m * found.stretch))), len(found.error_m))
+                 rms(found.error_texels), float(abs(found.error_texels).max()), float(np.median(found.width_m / (found.texel_m * found.stretch))), len(found.error_m), found.missing)
             )
         costs = [(name, level, *(cpu_ms(rig, lights, level, moves, 9 if quick else 31) for moves in (False, True))) for name, lights in LIT_BY for level in ("simple", "beautiful")]
     section.say(
@@ -47,8 +48,9 @@ def edges_and_cost(section, quick):
         "where the map has them: within half a texel, where an outline lies along texels, more where light grazes. px: the largest error 10 m from a camera of 520 px. "
         "Width: from a tenth to nine tenths of the light. The sun is a point here, its own half-shadow (9 mm for each metre to what throws it) is not drawn."
     )
-    section.table(("camera", "light", "ground, m", "texel, mm", "error rms, mm", "max, mm", "max, px", "rms, texels", "max, texels", "width, texels", "edges"), rows)
+    section.table(("camera", "light", "ground, m", "texel, mm", "error rms, mm", "max, mm", "max, px", "rms, texels", "max, texels", "width, texels", "edges", "not found"), rows)
     section.gate("shadow edge, max", worst, LIMIT_TEXELS, "texels")
+    section.gate("shadow edges not found", missing, 0.5)
     section.say("CPU ms of an instant and its picture, raw, 640x480, 25 boxes going round; `simple` (default) throws no shadows, `beautiful` does, and has its materials too. Maps have 2048 x 2048 texels, as the ground is 30 m wide; the sun and a spot have one, a point light those of six that see something:")
     section.table(("lights", "quality", "standing", "moving"), [(name, f"`{level}`" + (" (default)" if level == "simple" else ""), *cost) for name, level, *cost in costs])
 

@@ -147,8 +147,11 @@ void draw_areas(benchmark::State& state, world::Antialias antialias, world::Qual
 BENCHMARK(pose)->Unit(benchmark::kMicrosecond);
 BENCHMARK(skin)->Unit(benchmark::kMicrosecond);
 BENCHMARK(cull)->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(lens_plan, plumb_bob, barrel)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(lens_plan, equidistant, fisheye)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(lens_plan, plumb_bob, barrel)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(lens_plan, equidistant, fisheye)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime();
 BENCHMARK_CAPTURE(draw_through, no_lens, camera::Lens{})
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime()

@@ -39,6 +39,10 @@ PEOPLE = {
 LEVELS = ("fast", "simple", "beautiful")
 #: `beautiful` in the baked light that the scene is shipped with.
 BAKED = "`beautiful`, baked"
+#: Samples a pixel between two looks at the noise, in two halves.
+BATCH = 256
+#: Samples a pixel at most where people are looked at: the error that is told has no noise, so few do.
+PEOPLE_SAMPLES = 512
 #: Share of the pixels whose depth may differ by more than 1 %: edges of triangles and of what is masked.
 DEPTH_SHARE = 0.02
 
@@ -88,13 +92,14 @@ def save(name: str, ours: np.ndarray, theirs: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class Found:
-    """One view drawn by us at all levels and by the reference in two halves of its samples; `differs`: share of the pixels whose depth does."""
+    """One view drawn by us at all levels and by the reference in two halves of its samples a pixel; `differs`: share of the pixels whose depth does."""
 
     drawn: Drawn
     exported: export.Exported
     lights: tuple[np.ndarray, np.ndarray]
     denoised: tuple[np.ndarray, np.ndarray]
     differs: float
+    samples: int
 
     @property
     def light(self) -> np.ndarray:
@@ -116,8 +121,8 @@ class Found:
         return self.exported.has_tone_curve and level in ("beautiful", BAKED)
 
 
-def find(name: str, place: str, size: tuple[int, int], samples: int, scene: dict) -> Found:
-    """`scene`: the still one of that name, or with people in it."""
+def find(name: str, place: str, size: tuple[int, int], samples: int, scene: dict, *, noise: float = 0.0) -> Found:
+    """`scene`: the still one of that name, or with people in it. No more samples are taken once the reference is known to `noise` codes."""
     drawn = draw(scene, place, size, LEVELS)
     path = ROOT / "scenes" / f"{name}.json"
     shipped = next(file for file in (path, path.with_name(json.loads(path.read_text()).get("base", path.name))) if file.with_suffix(".light").is_file())
@@ -128,19 +133,29 @@ def find(name: str, place: str, size: tuple[int, int], samples: int, scene: dict
     print(f"{name}, {place}: {100 * share:.2f} % of the pixels differ in depth", file=sys.stderr, flush=True)
     if share > DEPTH_SHARE:
         raise RuntimeError(f"{name}, {place}: depth differs in {100 * share:.1f} % of the pixels: the export is wrong")
-    lights = reference.light(samples // 2, 10), reference.light(samples // 2, 20)
-    return Found(drawn, exported, lights, tuple(reference.denoised(light) for light in lights), share)
+    # The sun has the seed after the others'.
+    parts: tuple[list[np.ndarray], list[np.ndarray]] = ([], [])
+    taken = 0
+    while taken < samples:
+        batch = min(BATCH, samples - taken)
+        for half, found in enumerate(parts):
+            found.append(reference.light(batch // 2, 10 + 4 * len(found) + 2 * half) * batch)
+        taken += batch
+        lights = tuple(sum(found) / taken for found in parts)
+        if compare.noise(tuple(export.codes(light, exported.exposure, is_toned=exported.has_tone_curve) for light in lights)) < noise:
+            break
+    return Found(drawn, exported, lights, tuple(reference.denoised(light) for light in lights), share, taken)
 
 
 def shown(level: str) -> str:
     return level if level == BAKED else f"`{level}`"
 
 
-def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple[list[str], str]:
+def measure(name: str, place: str, size: tuple[int, int], samples: int, noise: float) -> tuple[list[str], str]:
     """Rows of the table of what stands still, and the line of its picture."""
     path = ROOT / "scenes" / f"{name}.json"
     scene = export.still(on_its_base(json.loads(path.read_text()), path))
-    found = find(name, place, size, samples, scene)
+    found = find(name, place, size, samples, scene, noise=noise)
     exported = found.exported
     is_lamp = compare.beside_lamps(found.light * exported.exposure)
     rows = []
@@ -150,7 +165,7 @@ def measure(name: str, place: str, size: tuple[int, int], samples: int) -> tuple
         levelled = compare.score(picture, found.halves(level, factor), found.clean(level, factor), is_lamp)
         rows.append(
             f"| {name}, {place} | {shown(level)} | {score.psnr_db:.1f} | {score.psnr_without_lamps_db:.1f} | {score.ssim:.3f} | {score.flip:.3f} | {factor:.2f} | {levelled.psnr_db:.1f} | "
-            f"{levelled.flip:.3f} | {compare.noise(found.halves(level)):.1f} | {compare.noise(found.clean(level)):.1f} | {100 * found.differs:.2f} |"
+            f"{levelled.flip:.3f} | {found.samples} | {compare.noise(found.halves(level)):.1f} | {compare.noise(found.clean(level)):.1f} | {100 * found.differs:.2f} |"
         )
         print(rows[-1], file=sys.stderr, flush=True)
     print(f"{name}, {place}: {100 * is_lamp.mean():.1f} % of the pixels are of or beside what shines over white", file=sys.stderr, flush=True)
@@ -173,27 +188,28 @@ def measure_people(name: str, place: str, size: tuple[int, int], samples: int) -
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="tools.bench.light", description="our pictures against Mitsuba 3; writes docs/quality.md")
-    parser.add_argument("--samples", type=int, default=1024, help="a pixel, in two halves (default 1024)")
+    parser.add_argument("--samples", type=int, default=4096, help="a pixel at most, in two halves (default 4096)")
+    parser.add_argument("--noise", type=float, default=1.0, help="of the reference, codes, below which no more samples are taken (default 1)")
     parser.add_argument("--only", choices=[name for name, _ in VIEWS], help="this scene, printed and not written")
     parser.add_argument("--size", default="320x240", help="WxH (default 320x240)")
     arguments = parser.parse_args()
     width, height = (int(part) for part in arguments.size.split("x"))
     views = [view for view in VIEWS if arguments.only in (None, view[0])]
-    still = [measure(name, place, (width, height), arguments.samples) for name, place in views]
-    people = [measure_people(name, place, (width, height), arguments.samples) for name, place in views]
+    still = [measure(name, place, (width, height), arguments.samples, arguments.noise) for name, place in views]
+    people = [measure_people(name, place, (width, height), min(arguments.samples, PEOPLE_SAMPLES)) for name, place in views]
     if arguments.only:
         return 0
     text = "\n".join([
-        f"{width}x{height}, `antialias: coverage`, {arguments.samples} samples a pixel of Mitsuba.", "",
-        "| scene, place | level | PSNR dB | PSNR, lamps left out | SSIM | FLIP | level, ours to reference | PSNR at equal level | FLIP at equal level | noise of the reference, codes | and denoised | depth differs, % |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
+        f"{width}x{height}, `antialias: coverage`; Mitsuba with as many samples a pixel as its noise needs to be below {arguments.noise:g} codes, {arguments.samples} at most.", "",
+        "| scene, place | level | PSNR dB | PSNR, lamps left out | SSIM | FLIP | level, ours to reference | PSNR at equal level | FLIP at equal level | samples | noise of the reference, codes | and denoised | depth differs, % |",
+        "|---|---|---|---|---|---|---|---|---|---|---|---|---|",
         *(row for rows, _ in still for row in rows), "",
-        "PSNR in dB of the pixels of people who stand there:", "",
+        f"PSNR in dB of the pixels of people who stand there ({min(arguments.samples, PEOPLE_SAMPLES)} samples):", "",
         "| scene, place | people | % of the pixels | " + " | ".join(shown(level) for level in (*LEVELS, BAKED)) + " |", "|---|---|---|---|---|---|---|",
         *(row for row, _ in people), "",
         *(line for of_still, of_people in zip(still, people) for line in (of_still[1], "", of_people[1], "")),
     ])
-    report.put(PAGE, "light", text, f"`build/light/bin/python -m tools.bench.light --samples {arguments.samples} --size {arguments.size}`")
+    report.put(PAGE, "light", text, f"`build/light/bin/python -m tools.bench.light --samples {arguments.samples} --noise {arguments.noise:g} --size {arguments.size}`")
     return 0
 
 

@@ -131,7 +131,7 @@ class Reference:
         integrator = mi.load_dict({"type": "volpath", "max_depth": depth, "rr_depth": 6})
         # In parts: LLVM keeps all of a wavefront in memory, at 320x240 about 100 MB a sample.
         part = min(PART, samples)
-        passes = [np.array(mi.render(scene, integrator=integrator, spp=part, seed=seed * 100_003 + i), dtype=float)[..., :3] for i in range(samples // part)]
+        passes = [np.array(mi.render(scene, integrator=integrator, spp=part, seed=seed * 100_003 + i), dtype=float)[..., :3] for i in range(-(-samples // part))]
         return _without_gaps(np.mean(passes, axis=0))
 
 

@@ -1,6 +1,6 @@
 """Speed of whole rigs: runs `camrig serve` as a user would, reads it as a client would, and writes docs/speed.md.
 
-    .venv/bin/python -m tools.bench.speed                  all of it, 15 to 20 minutes on an idle machine
+    .venv/bin/python -m tools.bench.speed                  all of it, about half an hour on an idle machine
     .venv/bin/python -m tools.bench.speed --only targets   one part; may come more than once
     .venv/bin/python -m tools.bench.speed --quick          a few seconds a run: to see that it works, not to quote
     .venv/bin/python -m tools.bench.speed --only soak --soak-minutes 30

@@ -12,15 +12,17 @@ import cv2
 import numpy as np
 
 
-def memcpy_gb_s(megabytes: int = 64, rounds: int = 20) -> float:
-    """Copying a block far larger than the caches, on one core; bytes copied, not bytes moved."""
-    source = np.ones(megabytes << 20, np.uint8)
+def memcpy_gb_s(picture_bytes: int, pictures: int, seconds: float) -> float:
+    """Copying so many pictures in rotation, as a renderer's are, on one core; bytes copied, not bytes moved."""
+    source = np.ones((pictures, picture_bytes), np.uint8)
     target = np.empty_like(source)
     np.copyto(target, source)
-    begin = time.perf_counter()
-    for _ in range(rounds):
-        np.copyto(target, source)
-    return rounds * source.nbytes / (time.perf_counter() - begin) / 1e9
+    rounds, begin = 0, time.perf_counter()
+    while (elapsed := time.perf_counter() - begin) < seconds:
+        for n in range(pictures):
+            np.copyto(target[n], source[n])
+        rounds += 1
+    return rounds * source.nbytes / elapsed / 1e9
 
 
 def tjbench_ms(pictures: list[np.ndarray], quality: int) -> float | None:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from . import limits, programs, runs
 from .figures import figure, lines
 from .meter import percentile
-from .others import PEER_THREADS, difference_of_tiny, other_renderers
+from .others import COUNTS, PEER_THREADS, PYTHON, difference_of_tiny, side_by_side
 from .plan import FULL_HD, HD, QUICK, VGA, Plan, table
 from .sensors import sensors
 from .sharing import sharing
@@ -55,8 +55,8 @@ def outputs(plan: Plan) -> str:
                 reading = meter.read()
         stage = reading.stages
         rows.append([what, f"{reading.rendered / reading.wall_s:.0f}", f"{100 * reading.cores:.0f} %", f"{1000 * reading.cpu_s / reading.rendered:.1f}" if reading.rendered else "",
-                     f"{stage['convert']['p50_ms']:.2f}", f"{stage['encode']['p50_ms']:.2f}"])
-    return ("## Outputs\n\nFour cameras 640x480 at 25 in real time, each read by one client. H.264 is x264's `ultrafast`, inside the daemon.\n\n"
+                     *(f"{stage[name]['p50_ms']:.2f}" if stage[name]["count"] else "" for name in ("convert", "encode"))])
+    return ("## Outputs\n\nFour cameras 640x480 at 25 in real time, each read by one client. H.264 is x264's `ultrafast`, inside the daemon; it is in the CPU time, but in no stage.\n\n"
             + table(["read as", "frames/s", "of a core", "CPU ms a frame", "convert p50 ms", "encode p50 ms"], rows))
 
 
@@ -107,54 +107,49 @@ def overload(plan: Plan) -> str:
 def machine_limits(plan: Plan) -> str:
     seen = pictures()
     jpeg = limits.tjbench_ms(seen, 90)
-    copy = limits.memcpy_gb_s(rounds=4 if plan is QUICK else 20)
+    frame_bytes = VGA[0] * VGA[1] * 4
+    copy = limits.memcpy_gb_s(frame_bytes, len(seen), plan.turn_s)
     with runs.mesh_scene(2) as sheet:
-        views = {"clear": "0,-24,0,0,-48,0", "fill": "0,-24,0,0,0,0"}
-        empty, full = (programs.to_memory(1, FULL_HD, plan.steps, moving=True, scene=sheet, view=view, device="llvmpipe") for view in views.values())
-    frame_mb = VGA[0] * VGA[1] * 4 / 1e6
-    rows = [["memcpy, one core", f"{copy:.1f} GB/s", f"an RGBA picture of 640x480 in {frame_mb / copy:.2f} ms"]]
+        # The sheet is 40 m wide; at 18 m a picture shows 37 m of it.
+        views = {"an empty picture, cleared and read back, llvmpipe": "0,-18,0,0,-36,0", "two triangles of one colour over everything, read back": "0,-18,0,0,0,0"}
+        drawn = programs.in_turns({what: programs.ToMemory(1, FULL_HD, moving=True, scene=sheet, view=view, device="llvmpipe") for what, view in views.items()}, plan.turn_s)
+    rows = [[f"memcpy of {len(seen)} RGBA pictures of 640x480 in rotation, one core", f"{copy:.1f} GB/s", f"a picture in {frame_bytes / copy / 1e6:.2f} ms"]]
     share = VGA[0] * VGA[1] / (FULL_HD[0] * FULL_HD[1])
-    for what, seen_at in (("an empty picture, cleared and read back, llvmpipe", empty), ("two triangles of one colour over everything, read back", full)):
-        if seen_at is not None:
-            rows.append([what, f"{seen_at.per_second * FULL_HD[0] * FULL_HD[1] / 1e6:.0f} Mpixel/s", f"a picture of 640x480 in {1e3 * share / seen_at.per_second:.2f} ms"])
+    for what, seen_at in (drawn or {}).items():
+        mpixels = programs.Values([per_second * FULL_HD[0] * FULL_HD[1] / 1e6 for per_second in seen_at.per_second.values])
+        rows.append([what, f"{mpixels:.0f} Mpixel/s", f"a picture of 640x480 in {1e3 * share / seen_at.per_second.median:.2f} ms"])
     if jpeg is not None:
         rows.append(["tjbench, RGBX to 4:2:0, quality 90, one core", f"{jpeg:.2f} ms a picture of 640x480", f"{2e3 / jpeg:.0f} pictures/s if two cores did nothing else"])
-    frames = max(3, plan.steps // 5)
-    ours = programs.to_memory(8, VGA, frames)
-    text = "## What the machine gives\n\n" + table(["limit", "measured", "that is"], rows)
-    if ours is not None and jpeg is not None:
-        floor = 2 * frame_mb / copy + jpeg
-        text += (f"\n\nA standing camera's picture takes {ours.cpu_ms:.1f} ms of CPU to host memory and {jpeg:.2f} ms to become a JPEG; copying it twice and encoding it, which nothing can do "
-                 f"without, takes {floor:.2f} ms: camrig is at {100 * floor / (ours.cpu_ms + jpeg):.0f} % of what the machine gives.")
-    return text
+    return "## What the machine gives\n\nWhat is drawn: medians of turns (lowest..highest).\n\n" + table(["limit", "measured", "that is"], rows)
 
 
 def kernels(plan: Plan) -> str:
     rows = programs.kernels(0.05 if plan is QUICK else 0.5)
     if rows is None:
         return "## Kernels\n\nNot measured: `camrig_kernels` is not built (`cmake --preset dev -DCAMRIG_BENCHMARKS=ON`)."
-    return "## Kernels\n\nOne thread, Google Benchmark.\n\n" + table(
-        ["kernel", "CPU time", "a second"], [[f"`{row['name']}`", f"{row['cpu_time']:.3g} {row['time_unit']}", f"{row.get('items_per_second', 0):.3g}"] for row in rows])
+    return ("## Kernels\n\nGoogle Benchmark. CPU time is of one thread, and of all threads where the name has `process_time`. Things a second (pixels, unless the kernel has others) are by CPU time, "
+            "and by the clock where the name has `real_time`.\n\n"
+            + table(["kernel", "CPU time", "a second"], [[f"`{row['name']}`", f"{row['cpu_time']:.3g} {row['time_unit']}", f"{row.get('items_per_second', 0):.3g}"] for row in rows]))
 
 
 def peers(plan: Plan) -> str:
     title = "## Other renderers\n\n"
-    results = other_renderers(plan)
-    if results is None:
+    if not PYTHON.exists():
         return title + "Not measured: tools/bench/peers/setup was not run."
-    rows, to_tiny = [], []
-    for cameras in (4, 12):
-        frames = max(3, plan.steps // (2 * cameras))
-        for quality in ("fast", "simple"):
-            ours = programs.to_memory(cameras, VGA, frames, moving=True, quality=quality, threads=PEER_THREADS)
-            if ours is not None:
-                rows.append([f"camrig, quality `{quality}`", cameras, f"{ours.per_second:.0f}", f"{ours.cpu_ms:.1f}"])
-        rows += [[peer["name"], cameras, f"{peer['per_second']:.0f}", f"{peer['cpu_ms']:.1f}"] for peer in results if peer["cameras"] == cameras]
-        tiny = [peer["per_second"] for peer in results if (peer["name"], peer["cameras"]) == ("panda3d-tiny", cameras)]
-        if ours is not None and tiny:
-            to_tiny.append(f"{ours.per_second / tiny[0]:.2f} x with {cameras} cameras")
+    measured, rows, to_tiny = side_by_side(plan), [], []
+    for cameras in COUNTS:
+        if measured.ours is not None:
+            for name, called in (("fast", "quality `fast`"), ("simple", "quality `simple`"), ("areas", "quality `simple`, by areas"), ("llvmpipe", "quality `simple`, device `llvmpipe`")):
+                ours = measured.ours[name, cameras]
+                rows.append([f"camrig, {called}", cameras, f"{ours.per_second:.0f}", f"{ours.cpu_ms:.1f}"])
+        peers_here = [peer for peer in measured.others if peer["cameras"] == cameras]
+        rows += [[peer["name"], cameras, f"{peer['per_second']:.0f}", f"{peer['cpu_ms']:.1f}"] for peer in peers_here]
+        tiny = [peer["per_second"] for peer in peers_here if peer["name"] == "panda3d-tiny"]
+        if measured.ours is not None and tiny:
+            to_tiny.append(f"{measured.ours['simple', cameras].per_second.median / tiny[0]:.2f} x with {cameras} cameras")
     return (title + "The hall and eight people as they stand (camrig: all eleven of it, who walk), the same poses of cameras, each turned before each picture, 640x480 to arrays in host memory, "
-            f"camrig and llvmpipe with {PEER_THREADS} threads. Versions are "
+            f"camrig and llvmpipe with {PEER_THREADS} threads. camrig's figures are medians of {programs.TURNS} turns of about {plan.turn_s:g} s each (lowest..highest), before, between and after the "
+            f"others, which have one run of {max(1.0, plan.seconds / 15):g} s each. Versions are "
             "those that tools/bench/peers/setup installs; what each does not draw is said in tools/bench/peers/README.md.\n\n" + table(["renderer", "cameras", "frames/s", "CPU ms a frame"], rows)
             + ("\n\n" + difference_of_tiny() + " camrig's `simple` draws of its frames a second: " + ", ".join(to_tiny) + "." if to_tiny else ""))
 

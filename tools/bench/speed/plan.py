@@ -14,6 +14,11 @@ class Plan:
     counts: tuple[int, ...] = (1, 2, 4, 8, 12, 16, 32)
     soak_s: float = 300
 
+    @property
+    def turn_s(self) -> float:
+        """How long one turn of a renderer takes that is measured in turns."""
+        return self.seconds / 20
+
 
 QUICK = Plan(seconds=4, steps=10, counts=(1, 4), soak_s=20)
 

@@ -24,7 +24,7 @@ WARM_UP_S = 3.0
 
 
 @contextlib.contextmanager
-def rig_with(cameras: int, size: tuple[int, int], fps: float, *, mode: str = "realtime", quality: str = "simple",
+def rig_with(cameras: int, size: tuple[int, int], fps: float, *, mode: str = "realtime", quality: str = "simple", antialias: str = "auto",
              overload: str = "drop", scene: str = HALL, devices: bool = False, args: tuple[str, ...] = ()) -> Iterator[tuple[camrig.Rig, list[str]]]:
     """The hall with exactly these cameras, one after the other at its eight places (or a scene that has places of these names);
     `devices`: each is the user-space device of its number too, from 0."""
@@ -39,7 +39,7 @@ def rig_with(cameras: int, size: tuple[int, int], fps: float, *, mode: str = "re
         text["cameras"] = []
         for i, name in enumerate(names):
             outputs = [{"kind": "device", "number": i}] if devices else []
-            text["cameras"].append({"name": name, "place": PLACES[i % len(PLACES)], "size": list(size), "fps": fps, "outputs": outputs})
+            text["cameras"].append({"name": name, "place": PLACES[i % len(PLACES)], "size": list(size), "fps": fps, "antialias": antialias, "outputs": outputs})
         file.write_text(json.dumps(text))
         with camrig.start(file, mode=mode, device="cpu", quality=quality, overload=overload, args=args) as rig:
             yield rig, names
@@ -82,8 +82,8 @@ class Realtime:
 
 
 def realtime(cameras: int, size: tuple[int, int], fps: float, seconds: float, *, readers: bool = True, quality: str = "simple",
-             overload: str = "drop", args: tuple[str, ...] = ()) -> Realtime:
-    with rig_with(cameras, size, fps, quality=quality, overload=overload, args=args) as (rig, names):
+             antialias: str = "auto", overload: str = "drop", args: tuple[str, ...] = ()) -> Realtime:
+    with rig_with(cameras, size, fps, quality=quality, antialias=antialias, overload=overload, args=args) as (rig, names):
         with MjpegReaders(rig.call("server.info")["http"], names if readers else []) as streams:
             time.sleep(WARM_UP_S)
             streams.reset()
