@@ -6,6 +6,7 @@ import pathlib
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.parse
 
@@ -31,18 +32,33 @@ def wait_until(condition, timeout_s=20.0, what="condition"):
         time.sleep(0.01)
 
 
+def what_threads_do(pid):
+    """Of each thread of a process: name, state, where in the kernel it waits, seconds on a processor and of waiting for one."""
+    told = []
+    for task in pathlib.Path(f"/proc/{pid}/task").glob("*"):
+        with contextlib.suppress(OSError):
+            ran, waited = ((task / "schedstat").read_text().split() + ["0", "0"])[:2]
+            name, state = (task / "comm").read_text().strip(), (task / "stat").read_text().rpartition(")")[2].split()[0]
+            told.append((name, state, (task / "wchan").read_text(), round(int(ran) / 1e9, 2), round(int(waited) / 1e9, 2)))
+    return told
+
+
 @pytest.fixture(scope="session", autouse=True)
 def rigs_end_in_time():
     """A rig has 5 s for its end ($CAMRIG_STOP_TIMEOUT_S for slower builds), beside the time in which this machine let nobody go on."""
     end, in_time_s = launch._end, launch._stop_timeout_s()
 
     def end_in_time(child):
-        begin = time.monotonic()
+        begin, waits = time.monotonic(), []
+        late = threading.Timer(in_time_s, lambda: waits.extend(what_threads_do(child.pid)))
+        late.daemon = True
+        late.start()
         with Witness() as witness:
             wrong = end(child)
+        late.cancel()
         took_s = time.monotonic() - begin
         if wrong is None and took_s > in_time_s + witness.total_s:
-            return f"took {took_s:.1f} s to end after SIGTERM, of which this machine was held up for {witness.total_s:.1f} s"
+            return f"took {took_s:.1f} s to end after SIGTERM, of which this machine was held up for {witness.total_s:.1f} s; after {in_time_s} s: {waits}"
         return wrong
 
     with pytest.MonkeyPatch.context() as changed:

@@ -38,11 +38,15 @@ def listens(port):
         return probe.connect_ex(("127.0.0.1", port)) == 0
 
 
+def envelope(operation, header=""):
+    """The message whose body is `operation`, with prefixes of our own."""
+    spaces = "".join(f' xmlns:{prefix}="{space}"' for prefix, (space, _) in SERVICES.items())
+    return f'<e:Envelope xmlns:e="{SOAP}" xmlns:tt="{TT}"{spaces}><e:Header>{header}</e:Header><e:Body>{operation}</e:Body></e:Envelope>'
+
+
 def post(port, operation, header="", fields=(), path="/onvif/device_service"):
     """The status and the answer to a message whose body is `operation`, with prefixes of our own."""
-    spaces = "".join(f' xmlns:{prefix}="{space}"' for prefix, (space, _) in SERVICES.items())
-    text = f'<e:Envelope xmlns:e="{SOAP}" xmlns:tt="{TT}"{spaces}><e:Header>{header}</e:Header><e:Body>{operation}</e:Body></e:Envelope>'
-    request = urllib.request.Request(f"http://127.0.0.1:{port}{path}", text.encode(), dict(fields))
+    request = urllib.request.Request(f"http://127.0.0.1:{port}{path}", envelope(operation, header).encode(), dict(fields))
     try:
         with urllib.request.urlopen(request, timeout=20) as answer:
             return answer.status, answer.read().decode(), answer.headers

@@ -24,10 +24,19 @@ def meter():
 
 
 @pytest.mark.parametrize("camera", LENSES, ids=lambda c: c.name)
-def test_a_lens_puts_every_mark_within_a_twentieth_of_a_pixel(meter, camera):
+def test_one_picture_through_a_lens_shows_every_mark_within_a_fiftieth_of_a_pixel(meter, camera):
     """Over the whole valid picture, up to the corners and the fold."""
-    residuals, places = measure.reprojection(meter, camera, dither=2, spacing_px=55, antialias="ssaa3")
+    residuals, places = measure.reprojection(meter, camera, dither=1, spacing_px=55, antialias="coverage")
     assert len(places) >= 30
+    assert np.isfinite(residuals).all()
+    # Nearest to a strong barrel's fold rays change unevenly within a pixel.
+    assert estimator.summary(residuals)[0] < (0.04 if camera.name == "strong barrel" else 0.02)
+    assert np.abs(residuals.mean(axis=0)).max() < 0.003
+
+
+@pytest.mark.parametrize("camera", LENSES, ids=lambda c: c.name)
+def test_a_lens_that_mesa_resamples_puts_every_mark_within_a_twentieth_of_a_pixel(meter, camera):
+    residuals, _ = measure.reprojection(meter, camera, dither=2, spacing_px=55, antialias="ssaa3")
     assert np.isfinite(residuals).all()
     assert estimator.summary(residuals)[0] < 0.05
     assert np.abs(residuals.mean(axis=0)).max() < 0.005
@@ -74,7 +83,7 @@ def studio():
 @pytest.mark.slow
 @pytest.mark.parametrize("camera", part_calibration.CALIBRATED, ids=lambda c: c.name)
 def test_opencv_recovers_the_lens_from_twenty_pictures_of_a_board(studio, camera):
-    (rms, matrix, k), _ = measure.calibrate(studio, camera, antialias="ssaa4")
+    (rms, matrix, k), _ = measure.calibrate(studio, camera, antialias="coverage")
     assert rms < 0.05
     assert_recovered(camera, matrix)
     assert measure.curve_error(camera, matrix, k) < 0.05
@@ -82,7 +91,7 @@ def test_opencv_recovers_the_lens_from_twenty_pictures_of_a_board(studio, camera
 
 @pytest.mark.slow
 def test_opencv_recovers_a_pinhole_and_the_baseline_and_rotation_of_a_stereo_pair(studio):
-    pair = measure.stereo(studio, PINHOLES[0], antialias="ssaa4")
+    pair = measure.stereo(studio, PINHOLES[0], antialias="coverage")
     assert pair["rms"] < 0.05
     assert_recovered(PINHOLES[0], pair["matrix"])
     assert abs(pair["baseline"] / pair["true_baseline"] - 1) < 5e-4

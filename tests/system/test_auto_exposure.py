@@ -104,6 +104,7 @@ def test_a_rate_that_has_fallen_comes_back_with_the_sensor_gone(rig):
 def test_a_reader_gets_what_is_due_and_nothing_else_is_missed(rig):
     """The books: instants that an exposure passes over were not due, so they are not dropped either."""
     cam = rig.create_camera("dark", size=(64, 48), fps=25, **SKY, sensor={"preset": "imx290", "exposure_s": "auto", "lux": 0.01, "dynamic_framerate": True})
+    cam.frame()  # the light is metered from here on, and the reader begins with it
     stream = urllib.request.urlopen(cam.url("mjpeg"), timeout=30)
     reads = concurrent.futures.ThreadPoolExecutor(1).submit(stream.read)
     rig.step(seconds=4)

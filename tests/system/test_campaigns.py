@@ -255,7 +255,7 @@ def test_the_command_writes_a_report_that_needs_no_other_file(rig, tmp_path):
         xml.etree.ElementTree.fromstring(plot)
     assert len(re.findall("<svg", page)) == 2
     campaign.write_text(json.dumps({"faults": [{"kind": "freeze"}], **FAST}))
-    ends = subprocess.run([*command, "5", str(campaign), "--", "sh", "-c", "for i in $(seq 15); do echo picture {http}; sleep 0.2; done"],
+    ends = subprocess.run([*command, "15", str(campaign), "--", "sh", "-c", "for i in $(seq 40); do echo picture {http}; sleep 0.2; done"],
                           capture_output=True, text=True, timeout=120)
     assert ends.returncode == 3, "the program ended by itself"
 

@@ -8,6 +8,7 @@ import random
 import shutil
 import signal
 import socket
+import subprocess
 import threading
 import time
 
@@ -173,6 +174,27 @@ def test_a_saved_world_is_restored_and_compared(tmp_path, mode):
     file.write_text("\n".join([*lines, lines[-2]]) + "\n")
     with pytest.raises(camrig.CamrigError, match=f"line {len(lines) + 1}: nothing comes behind"):
         start(mode=mode, args=["--replay", str(file)])
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+def test_a_rig_that_does_again_what_was_done_can_be_ended(tmp_path, number):
+    log = tmp_path / "long.log"
+    with start("minimal", mode="lockstep", args=["--log", str(log)]) as rig:
+        rig.create_camera("eye", size=(640, 480), fps=100, place="main")
+        rig.step(seconds=1)
+        rig.call("camera.set", name="eye", fps=99)
+    lines = [json.loads(line) for line in log.read_text().splitlines()]
+    lines[-1]["at_ns"] = 36_000_000_000_000  # ten hours later
+    log.write_text("".join(json.dumps(line) + "\n" for line in lines))
+    control = tmp_path / "rig.sock"
+    process = subprocess.Popen([camrig.find_binary(), "--control", str(control), "serve", "minimal", "--mode", "lockstep", "--device", "cpu", "--http", "0", "--rtsp", "0",
+                                "--replay", str(log)], stderr=subprocess.PIPE, text=True, preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_DFL))  # fmt: skip
+    time.sleep(3)  # it is at it, and if not, what is asked for is the same
+    assert process.poll() is None
+    process.send_signal(number)
+    _, said = process.communicate(timeout=20)
+    assert process.returncode == 1 and "--replay" in said and "was ended" in said
+    assert list(tmp_path.iterdir()) == [log]
 
 
 def test_a_rig_without_a_log_saves_nothing():

@@ -49,7 +49,7 @@ def test_a_node_that_is_full_gives_cameras_away_and_no_reader_notices(watched):
     small = next(name for name in far.nodes if name != far.sequencer())
     own = {camera for camera, node in far.owners().items() if node == small and camera.startswith("eye")}
     assert 2 <= len(own) < CAMERAS, far.status()
-    begin_again(far, {small: sum(costs_of(far, [small])[camera] for camera in own)})  # which is 100 %, and more than 80 %
+    begin_again(far, {small: 0.8 * sum(costs_of(far, [small])[camera] for camera in own)})  # 125 %: more than 80 %, however busy the machine was then
     for reader in readers:  # where they should: on the small node too
         if far.owners()[reader.camera] == small and reader.node != small:
             reader.reconnect()
@@ -78,8 +78,12 @@ def test_where_all_nodes_are_full_the_farm_says_so(watched):
     begin_again(far, dict.fromkeys(far.nodes, 0.001))
     wait_until(lambda: all(node["is_full"] for node in far.status()["nodes"]), 60, "both to be named")
     assert any(f"node {name} is full: its cameras that are watched take " in far.nodes[other].log.read_text() for name in far.nodes for other in far.nodes)
-    with urllib.request.urlopen(far.door["metrics"]) as page:
-        assert page.read().decode().count("camrig_farm_node_full{") == 2
+
+    def told():
+        with urllib.request.urlopen(far.door["metrics"]) as page:
+            return page.read().decode().count("camrig_farm_node_full{") == 2
+
+    wait_until(told, what="both on the page of metrics")
     # More nodes, and it is over.
     far.nodes["node3"] = live_farm.Node(far, "node3")
     wait_until(lambda: not any(node["is_full"] for node in far.status()["nodes"]) and len(far.status()["nodes"]) == 3, 60, "a third node to take what is too much")

@@ -94,8 +94,20 @@ def test_a_set_has_every_frame_of_its_plan(quiet):
 
 def test_whoever_is_killed_the_set_is_the_same(quiet, tmp_path):
     """Drawers, their camrigs and who hands out, each killed in the middle of shards."""
-    plan, out, chance = write_plan(tmp_path), tmp_path / "set", random.Random(5)
+    plan = write_plan(tmp_path)
     kinds = ["record", "drawer", "camrig", "record", "drawer", "camrig"]
+    for attempt in range(3):  # where the machine holds us up the run ends before all were killed
+        out = tmp_path / f"set{attempt}"
+        killed = kill_while_it_draws(plan, out, kinds)
+        if killed == kinds:
+            break
+    assert killed == kinds, "not all were killed; the run was too quick"
+    assert differences(quiet[0], out) == []
+
+
+def kill_while_it_draws(plan, out, kinds):
+    """Who was killed until the set was there."""
+    chance = random.Random(5)
     due = dict(zip(sorted(chance.sample(range(1, SHARDS), 6)), kinds))
     killed = []
     for _ in range(3):
@@ -115,8 +127,7 @@ def test_whoever_is_killed_the_set_is_the_same(quiet, tmp_path):
         if run.returncode != -signal.SIGKILL:
             break
     assert run.returncode == 0, said
-    assert killed == kinds, "not all were killed; the run was too quick"
-    assert differences(quiet[0], out) == []
+    return killed
 
 
 @pytest.mark.parametrize("killed", ["record", "drawer"])

@@ -15,7 +15,7 @@ import pytest
 import test_web_plate
 from conftest import REPOSITORY, wait_until
 from test_command_log import SMALL
-from test_farm import all_nodes, farm, nodes_of, rigs_of
+from test_farm import all_nodes, farm, nodes_of, rigs_of, shows_pictures
 from web_page import chromium, opened, pixels, until, wait_for_picture
 
 import camrig
@@ -52,6 +52,7 @@ def owner_of(rig, camera):
 def one_camera_of_each(rig):
     for number in range(6):
         rig.call("camera.create", name=f"eye{number}", fps=10, **SMALL)
+    all_nodes(rig, 2)  # one that is held up for its lease is away for a moment
     found = {owner_of(rig, f"eye{number}"): f"eye{number}" for number in range(6)}
     assert set(found) == {"node1", "node2"}
     return found
@@ -104,8 +105,8 @@ def test_stock_clients_reach_each_camera_at_the_farms_address_whoever_owns_it():
         for node, camera in cameras.items():
             url = f"{facts['http']}cameras/{camera}/stream.mjpg"
             assert f"Location: http://127.0.0.1:{ports[node]}/cameras/{camera}/stream.mjpg?fps=5\r\n".encode() in curl("-D", "-", url + "?fps=5")
-            assert curl("-LN", "--max-time", "3", url).count(b"X-Sequence") >= 2
-            assert curl("-N", "--max-time", "3", "-H", "Sec-Fetch-Site: same-origin", url).count(b"X-Sequence") >= 2  # as the page's own
+            assert shows_pictures("-L", url)
+            assert shows_pictures("-H", "Sec-Fetch-Site: same-origin", url)  # as the page's own
             shown = subprocess.run(["ffmpeg", "-loglevel", "error", "-i", url, "-frames:v", "3", "-f", "framecrc", "-"], capture_output=True, text=True, timeout=60)
             assert shown.returncode == 0 and len([line for line in shown.stdout.splitlines() if not line.startswith("#")]) == 3, shown.stderr
             assert curl(f"{facts['http']}cameras/{camera}/snapshot.jpg").startswith(b"\xff\xd8")
@@ -119,7 +120,7 @@ def test_stock_clients_reach_each_camera_at_the_farms_address_whoever_owns_it():
                 some = watching.stdout.read1()
                 assert some, shows[:1000]
                 shows += some
-            assert streams() == [False, True] * 2
+            wait_until(lambda: streams() == [False, True] * 2, what="one stream of each node")
             watching.kill()
 
         (staying, _), (dying, camera) = sorted(cameras.items(), key=lambda each: next(node["is_sequencer"] for node in all_nodes(rig) if node["node"] == each[0]), reverse=True)
@@ -204,7 +205,7 @@ def test_with_a_token_every_request_shows_it(tmp_path):
         stream = f"{url}cameras/cam/stream.mjpg"
         assert b"Location: http://127.0.0.2:" in curl("-D", "-", stream + "?token=0123456789abcdef")
         for words in (["-LN", stream + "?token=0123456789abcdef"], ["-N", "-H", "Authorization: Bearer 0123456789abcdef", stream]):
-            assert curl("--max-time", "3", *words).count(b"X-Sequence") >= 2
+            assert shows_pictures(*words)
         opening = urllib.request.urlopen(url + "?token=0123456789abcdef", timeout=30)
         assert "HttpOnly" in opening.headers["Set-Cookie"] and "SameSite=Strict" in opening.headers["Set-Cookie"]
         assert ask(url + "cameras/cam/snapshot.jpg", Cookie=opening.headers["Set-Cookie"].split(";")[0])[0] == 200

@@ -35,10 +35,14 @@ while True:
     if events & (select.POLLHUP | select.POLLERR):
         break
     got = buffer(0)
-    fcntl.ioctl(fd, DQBUF, got)
-    index, _, used, flags = struct.unpack_from("4I", got)
-    print(used, int(bool(flags & 0x40)), flush=True)
-    fcntl.ioctl(fd, QBUF, buffer(index))
+    try:
+        fcntl.ioctl(fd, DQBUF, got)
+        index, _, used, flags = struct.unpack_from("4I", got)
+        print(used, int(bool(flags & 0x40)), flush=True)
+        fcntl.ioctl(fd, QBUF, buffer(index))
+    except OSError as problem:  # unplugged since poll(), which says so next
+        if problem.errno != errno.ENODEV:
+            raise
 print("gone", flush=True)
 for request, size in ((QUERYCAP, 104), (G_FMT, 208), (DQBUF, 88), (QBUF, 88), (REQBUFS, 20)):
     try:

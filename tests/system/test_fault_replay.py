@@ -56,9 +56,9 @@ try:
         index, _, used, flags = struct.unpack_from("4I", got)
         print(struct.unpack_from("I", got, 56)[0], used, int(bool(flags & 0x40)), hashlib.md5(maps[index][:used]).hexdigest(), flush=True)
         fcntl.ioctl(fd, QBUF, buffer(index))
-    print("POLLHUP", flush=True)
-except OSError as problem:
-    print(errno.errorcode[problem.errno], flush=True)
+    print("gone", flush=True)
+except OSError as problem:  # or it goes between poll() and the next call
+    print("gone" if problem.errno == errno.ENODEV else errno.errorcode[problem.errno], flush=True)
 """
 
 

@@ -455,11 +455,11 @@ def test_lost_rtp_packets_are_missing_numbers_and_a_stalled_stream_is_silent(rig
         packets = RtpPackets(f"{rig.rtsp_url}/{cam.name}{codec}")
         assert lost_of(packets.take(150))[0] == 0
         rig.fault.set("desk", "packet_loss", probability=0.2)
-        packets.take(200)  # on their way
+        wait_until(lambda: lost_of(packets.take(50))[0] > 0, what="the first loss, behind what was on its way")
         lost, sent = lost_of(packets.take(400))
         assert 0.13 < lost / sent < 0.27
         rig.fault.clear("desk")
-        packets.take(200)
+        wait_until(lambda: lost_of(packets.take(50))[0] == 0, what="the end of the losses")  # by chance one time in 70 000
         assert lost_of(packets.take(100))[0] == 0
         rig.fault.set("desk", "stall", output="rtsp")
         silent = 0  # reports of 0.1 to 0.3 s without a picture between

@@ -120,9 +120,12 @@ def test_a_step_that_waits_for_a_stuck_reader_names_it(rig):
 
     cam = rig.create_camera("c", size=(1920, 1080), fps=100)
     raw = stuck_mjpeg_reader(cam)
-    with pytest.raises(camrig.CamrigError) as caught:
-        rig.call("world.step", seconds=5, timeout_s=1)
-    assert caught.value.kind == "unavailable"
+    for _ in range(3):  # on a machine that holds the rig up for a second it is first its encoding that is named
+        with pytest.raises(camrig.CamrigError) as caught:
+            rig.call("world.step", seconds=5, timeout_s=1)
+        assert caught.value.kind == "unavailable"
+        if "encoding of camera" not in str(caught.value):
+            break
     assert str(raw.getsockname()[1]) in str(caught.value)
     raw.close()
     rig.step(seconds=0.1)  # the rig goes on

@@ -103,9 +103,13 @@ with camrig.start("minimal", mode="lockstep", args=["--host", "10.99.0.1", "--to
         # Somebody listens there, so that the question comes to this machine's programs.
         heard.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(group) + socket.inet_aton("10.97.0.1"))
         assert answers(group, "10.99.0.1", interface="10.97.0.1") == 0
-        begin = time.monotonic()
-        flood = answers(group, "10.99.0.1", count=3000)
-        assert 0 < flood <= 256 + 64 * (time.monotonic() - begin + 1), flood
+        for _ in range(5):  # answers() waits a second for one, which a busy machine may need alone
+            begin = time.monotonic()
+            flood = answers(group, "10.99.0.1", count=3000)
+            assert flood <= 256 + 64 * (time.monotonic() - begin + 1), flood
+            if flood:
+                break
+        assert flood > 0
         rig.call("server.shutdown")
         hears("discovery/Bye")
     finally:

@@ -4,7 +4,8 @@ import asyncio
 import datetime
 import pathlib
 import re
-import threading
+import select
+import socket
 
 import onvif
 import onvif_parsers
@@ -13,7 +14,7 @@ import zeep.exceptions
 from lxml import etree
 
 from conftest import wait_until
-from onvif_messages import SOAP, WSDL, listens, post, schemas
+from onvif_messages import SOAP, WSDL, envelope, listens, post, schemas
 from ports import free_port
 
 WSNT = "http://docs.oasis-open.org/wsn/b-2"
@@ -27,17 +28,19 @@ def device_port(rig, **options):
     return camera, port
 
 
-async def hear(service, wanted, meanwhile=lambda: None):
-    """Pulls and parses until a sensor, by the end of its topic, says what is `wanted`; what all of them then say."""
+async def hear(service, left, wanted, meanwhile=lambda: None):
+    """Pulls and parses until a sensor, by the end of its topic, says what is `wanted`; what all of them say by the end of that answer. What came after it stays in `left`."""
     said = {}
     for _ in range(60):
-        pulled = await service.PullMessages({"MessageLimit": 100, "Timeout": datetime.timedelta(seconds=2)})
-        for message in pulled.NotificationMessage:
+        if not left:
+            left += (await service.PullMessages({"MessageLimit": 100, "Timeout": datetime.timedelta(seconds=2)})).NotificationMessage
+        while left:
+            message = left.pop(0)
             topic = message.Topic._value_1
             for event in await onvif_parsers.parse(topic, "uid", message):
                 said[topic] = event.value
-        if any(topic.endswith(wanted[0]) and value == wanted[1] for topic, value in said.items()):
-            return said
+                if topic.endswith(wanted[0]) and event.value == wanted[1]:
+                    return said | {later.Topic._value_1: one.value for later in left for one in await onvif_parsers.parse(later.Topic._value_1, "uid", later)}
         await asyncio.to_thread(meanwhile)
     raise AssertionError(f"{wanted} was never told; {said}")
 
@@ -45,7 +48,7 @@ async def hear(service, wanted, meanwhile=lambda: None):
 @pytest.mark.camrig(scene="minimal", mode="lockstep")
 def test_home_assistants_client_hears_of_motion_darkness_and_scene_events(rig):
     camera, port = device_port(rig)
-    lost = []
+    lost, left = [], []
 
     async def client():
         device = onvif.ONVIFCamera("127.0.0.1", port, "viewer", "nobody asks for it")
@@ -58,15 +61,15 @@ def test_home_assistants_client_hears_of_motion_darkness_and_scene_events(rig):
             service = manager.get_service()
             await manager.set_synchronization_point()
             # The world stands, and so does the box in it.
-            await hear(service, ("VideoSource/MotionAlarm", False))
-            await hear(service, ("CellMotionDetector/Motion", True), lambda: rig.step(seconds=0.5))
-            await hear(service, ("VideoSource/MotionAlarm", False), lambda: rig.steer({"mover": {"velocity": [0, 0, 0]}}) and rig.step(seconds=1))
+            await hear(service, left, ("VideoSource/MotionAlarm", False))
+            await hear(service, left, ("CellMotionDetector/Motion", True), lambda: rig.step(seconds=0.5))
+            await hear(service, left, ("VideoSource/MotionAlarm", False), lambda: rig.steer({"mover": {"velocity": [0, 0, 0]}}) and rig.step(seconds=1))
             camera.set(controls={"brightness": -1})
-            said = await hear(service, ("ImageTooDark/ImagingService", True), lambda: rig.step(seconds=0.5))
+            said = await hear(service, left, ("ImageTooDark/ImagingService", True), lambda: rig.step(seconds=0.5))
             assert not any(value for topic, value in said.items() if topic.endswith("ImageTooBright/ImagingService"))
             rig.add_event("doorbell", {"at_s": rig.status()["world_ns"] / 1e9 + 0.5})
-            await hear(service, ("Device/Trigger/DigitalInput", True), lambda: rig.step(seconds=1))
-            await hear(service, ("Device/Trigger/DigitalInput", False))
+            await hear(service, left, ("Device/Trigger/DigitalInput", True), lambda: rig.step(seconds=1))
+            await hear(service, left, ("Device/Trigger/DigitalInput", False))
             await manager.stop()
             with pytest.raises(zeep.exceptions.Fault, match="no such subscription"):
                 await service.PullMessages({"MessageLimit": 1, "Timeout": datetime.timedelta(seconds=1)})
@@ -77,11 +80,11 @@ def test_home_assistants_client_hears_of_motion_darkness_and_scene_events(rig):
     assert not lost
 
 
-def is_connected(port):
-    """Whether somebody has a connection to it, and all that they sent has been read."""
+def is_read(port, peer):
+    """Whether all that came to `port` from the port `peer` has been read."""
     for line in pathlib.Path("/proc/net/tcp").read_text().splitlines()[1:]:
-        local, state, queues = (line.split()[n] for n in (1, 3, 4))
-        if local.endswith(f":{port:04X}") and state == "01" and queues.endswith(":00000000"):
+        local, remote, state, queues = (line.split()[n] for n in (1, 2, 3, 4))
+        if local.endswith(f":{port:04X}") and remote.endswith(f":{peer:04X}") and state == "01" and queues.endswith(":00000000"):
             return True
     return False
 
@@ -118,18 +121,17 @@ def test_nobody_watches_a_camera_for_events_until_somebody_subscribes(rig):
         status, text, _ = pull(path, "PT0S", at=elsewhere)
         assert status == 400 and "ResourceUnknownFault" in text
     # One that waits holds up nobody else, and Unsubscribe ends it.
-    ended = []
-    waiting = threading.Thread(target=lambda: ended.append(pull(path)), daemon=True)
-    waiting.start()
-    wait_until(lambda: is_connected(port), what="the one that waits")
+    text = envelope("<tev:PullMessages><tev:Timeout>PT20S</tev:Timeout><tev:MessageLimit>9</tev:MessageLimit></tev:PullMessages>").encode()
+    waiting = socket.create_connection(("127.0.0.1", port), 20)
+    waiting.sendall(f"POST {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nConnection: close\r\nContent-Length: {len(text)}\r\n\r\n".encode() + text)
+    wait_until(lambda: is_read(port, waiting.getsockname()[1]), what="the one that waits")
     assert post(port, "<tds:GetSystemDateAndTime/>")[0] == 200
     assert post(port, f'<w:Renew xmlns:w="{WSNT}"><w:TerminationTime>PT1H</w:TerminationTime></w:Renew>', path=path)[0] == 200
-    assert not ended
+    assert not select.select([waiting], [], [], 0)[0]
     assert post(port, f'<w:Unsubscribe xmlns:w="{WSNT}"/>', path=path)[0] == 200
-    waiting.join(timeout=10)
-    assert not waiting.is_alive()
-    ((status, text, _),) = ended
-    assert status == 200 and "PullMessagesResponse" in text and "NotificationMessage" not in text
+    answer = b"".join(iter(lambda: waiting.recv(65536), b"")).decode()
+    waiting.close()
+    assert " 200 " in answer.splitlines()[0] and "PullMessagesResponse" in answer and "NotificationMessage" not in answer
     assert "ResourceUnknownFault" in pull(path)[1]
 
 

@@ -66,14 +66,19 @@ def test_a_camera_is_created_moved_seen_to_move_and_deleted(rig, page):
     page.get_by_label("Exposure (EV)", exact=True).fill("-1.5")
     page.keyboard.press("Enter")
     wait_until(lambda: rig.camera("eye").get()["controls"]["exposure_ev"] == -1.5, what="the exposure")
-    camera = rig.camera("eye").get()
-    assert (camera["antialias"], camera["quality"], camera["controls"]["auto_exposure"]) == ("ssaa2", None, False)
+
+    def seen():
+        camera = rig.camera("eye").get()
+        return camera["antialias"], camera["quality"], camera["controls"]["auto_exposure"]
+
+    wait_until(lambda: seen() == ("ssaa2", None, False), what="all that was set")
 
     page.click("#duplicate")
     wait_until(lambda: [camera.name for camera in rig.cameras()] == ["main", "eye", "eye_2"], what="the copy")
     assert rig.camera("eye_2").get()["pose"]["orientation"] == pytest.approx(rig.camera("eye").get()["pose"]["orientation"])
     assert rig.camera("eye_2").get()["size"] == [320, 240]
 
+    until(page, "document.getElementById('stage-name').textContent === 'eye_2'")
     page.click("#delete")
     page.click("#confirm button[value=ok]")
     wait_until(lambda: [camera.name for camera in rig.cameras()] == ["main", "eye"], what="its end")
@@ -186,7 +191,7 @@ def test_guard_tours_are_made_of_presets_started_stopped_and_removed(rig, browse
         tours.get_by_role("button", name="Make tour").click()
         until(page, "document.getElementById('tour-list').textContent.includes('round: door 1.5 s → desk 4 s')")
         assert camera.ptz.status()["tours"] == {"round": [{"preset": "door", "dwell_s": 1.5, "speed": 1}, {"preset": "desk", "dwell_s": 4, "speed": 1}]}
-        assert page.eval_on_selector_all("#tour-stops li", "all => all.length") == 0
+        until(page, "document.querySelectorAll('#tour-stops li').length === 0")
 
         tours.get_by_role("button", name="Start tour round").click()
         for pan in (40, -40):
@@ -287,6 +292,7 @@ def test_faults_are_set_listed_and_cleared(rig, browser):
 @pytest.mark.camrig(scene="scenes/hall.json", mode="realtime")
 def test_all_of_a_camera_is_shown_and_an_object_that_is_whole_is_changed_by_its_parts(rig, browser):
     camera = rig.create_camera("bent", size=(320, 240), place="lobby", lens=("plumb_bob", [-0.2, 0.05, 0, 0, 0]), outputs=["mjpeg"], mount="anna")
+    rig.create_camera("plain", size=(64, 48), place="lobby")
     with opened(browser, rig.page_url) as page:
         page.click(".tile[data-camera=bent]")
         fields = page.locator("#fields")
@@ -316,6 +322,13 @@ def test_all_of_a_camera_is_shown_and_an_object_that_is_whole_is_changed_by_its_
         group("Mount").get_by_label("Actor").fill("mei")
         page.keyboard.press("Enter")
         wait_until(lambda: (camera.get()["mount"] or {}).get("actor") == "mei", what="the other mount")
+        # What is opened and not filled in is of this camera alone.
+        mounted.select_option(index=0)
+        wait_until(lambda: camera.get()["mount"] is None, what="the camera off its mount again")
+        mounted.select_option("on")
+        page.click(".tile[data-camera=plain]")
+        until(page, "document.getElementById('stage-name').textContent === 'plain'")
+        assert mounted.input_value() != "on" and group("Mount").get_by_label("Actor").is_hidden()
 
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
