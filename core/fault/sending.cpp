@@ -94,6 +94,7 @@ Harm damage(const Fault& fault, const FrameKey& frame, const CorruptJpeg& how, s
 }  // namespace
 
 bool is_stalled(const FrameFaults& faults, std::string_view output) {
+    if (output == to_string(Output::device) && unplug_of(faults)) return true;
     return std::ranges::any_of(faults.active, [&](const FaultRef& one) {
         const auto* const stall = std::get_if<Stall>(&one->kind);
         return stall && is_for(stall->output, output) && is_in_period(*one, faults.frame.world_ns, stall->period_s);

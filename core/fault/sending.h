@@ -14,7 +14,7 @@
 /// "rtsp", "device", "v4l2"). Pure functions.
 namespace camrig::fault {
 
-/// Nothing is sent, neither this frame nor what the output would send in its place.
+/// Nothing is sent, neither this frame nor what the output would send in its place; by an unplugged device, too.
 bool is_stalled(const FrameFaults& faults, std::string_view output);
 /// Its readers are thrown out. Never those of "v4l2": a loopback device cannot be unplugged while it is open.
 bool is_disconnected(const FrameFaults& faults, std::string_view output);

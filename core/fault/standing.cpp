@@ -10,6 +10,10 @@ bool Standing::refuses(std::string_view output) const {
     });
 }
 
+bool Standing::fails(DeviceCall call) const {
+    return (device_errors >> static_cast<unsigned>(call) & 1u) != 0;
+}
+
 Standing standing_of(const FrameFaults& faults) {
     Standing standing;
     const auto refuse = [&](const Fault& one, const auto* how) {

@@ -491,6 +491,29 @@ def test_the_truth_lies_where_truth_get_says(rig, page):
     assert page.get_attribute("#overlay", "data-boxes") is None
 
 
+@pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
+def test_in_lockstep_a_camera_that_is_changed_while_its_stream_is_being_opened_is_shown_as_it_is_then(page):
+    until(page, "document.querySelector('#view').dataset.frames > 0")
+    opened_streams = page.evaluate("""async () => {
+        const { LiveReader } = await import('./live.js');
+        const asked = [], shown = [];
+        const really = window.fetch;
+        window.fetch = (url, options) => url.startsWith('live?cameras=mine') ? new Promise((answer) => asked.push(answer)) : really(url, options);
+        const part = 'Content-Type: image/jpeg\\r\\nContent-Length: 1\\r\\nX-Camera: mine\\r\\nX-Sequence: 7\\r\\n\\r\\n.';
+        const reader = new LiveReader((picture) => shown.push(picture), () => {});
+        const looks = (fov_deg) => reader.want([{ name: 'mine', sequence: 7, fov_deg }], 'q=80');
+        looks(50);
+        looks(60);  // the rig drew what it is about to send before that
+        asked[0](new Response(new ReadableStream({ start(stream) { stream.enqueue(new TextEncoder().encode(part)); } })));
+        while (!shown.length) await new Promise((later) => setTimeout(later, 10));
+        for (let look = 0; look < 5; ++look) looks(60);
+        window.fetch = really;
+        reader.want([], '');
+        return asked.length;
+    }""")
+    assert opened_streams == 2, "one that shows what it was, and one more, that shows what it is"
+
+
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime")
 def test_time_stands_still_and_goes_by_steps_and_events_are_told(rig, page):
     page.click("#run")

@@ -11,7 +11,9 @@
 #include <sys/socket.h>
 
 #include "core/base/clock.h"
+#include "core/fault/delivery.h"
 #include "core/fault/sending.h"
+#include "core/fault/standing.h"
 #include "core/stream/silence.h"
 
 namespace camrig::device {
@@ -23,6 +25,12 @@ constexpr std::size_t page_mask = 4095;
 
 std::uint64_t load(const std::uint64_t& shared) {
     return __atomic_load_n(&shared, __ATOMIC_SEQ_CST);
+}
+
+/// A picture that comes later than it was due says nothing of what fails now.
+bool fails_stream(const fault::FrameFaults& faults) {
+    return standing_of(faults).fails(fault::DeviceCall::streaming) &&
+           fault::frames_late(faults, to_string(fault::Output::device)) == 0;
 }
 
 }  // namespace
@@ -179,7 +187,9 @@ Result<void> DeviceRing::write(const stream::MediaUnit& unit) {
     const std::span<const std::byte> sent = bytes.first(bytes.size() - (missing ? missing->bytes : 0));
     if (missing) fault::note(*faults, to_string(fault::Output::device), *missing);
     const bool is_bad = faults && fault::has_buffer_error(*faults);
-    publish({sent, sequence, is_bad}, unit.info.monotonic_ns, unit.info.steady_ns(), unit.latch);
+    const std::uint32_t flags =
+        (is_bad ? camrig_slot_error : 0) | (faults && fails_stream(*faults) ? camrig_slot_failed : 0);
+    publish({sent, sequence, flags}, unit.info.monotonic_ns, unit.info.steady_ns(), unit.latch);
     late_ns_ = last_write_ns_ - unit.info.monotonic_ns;
     if (stats_ && (is_bad || sent.size() != bytes.size())) ++stats_->damaged;
     if (stats_) {
@@ -202,7 +212,8 @@ void DeviceRing::publish(const Picture& picture, TimeNs monotonic_ns, TimeNs sta
     std::atomic_thread_fence(std::memory_order_release);
     slot.monotonic_ns = static_cast<std::uint64_t>(last_stamp_ns_);
     slot.sequence = picture.sequence;
-    slot.bytes = static_cast<std::uint32_t>(bytes.size()) | (picture.is_bad ? camrig_slot_error : 0);
+    slot.bytes = static_cast<std::uint32_t>(bytes.size());
+    slot.flags = picture.flags;
     std::memcpy(memory_.data() + header().data_offset + std::size_t{index} * header().slot_stride, bytes.data(),
                 bytes.size());
     __atomic_store_n(&slot.version, 2 * number + 2, __ATOMIC_RELEASE);
@@ -222,7 +233,7 @@ void DeviceRing::repeat_if_idle(TimeNs monotonic_ns, TimeNs idle_ns) {
     if (published_ == 0 || is_held_back_ || monotonic_ns - last_write_ns_ < idle_ns) return;
     const std::uint32_t index = static_cast<std::uint32_t>((published_ - 1) % header().slots);
     const std::byte* last = memory_.data() + header().data_offset + std::size_t{index} * header().slot_stride;
-    const std::uint32_t bytes = header().slot[index].bytes & ~camrig_slot_error;
+    const std::uint32_t bytes = header().slot[index].bytes;
     const TimeNs stamp_ns = monotonic_ns - stream::repeat_age_ns(late_ns_) + clock_error_ns_;
     publish({{last, bytes}, static_cast<std::uint32_t>(++last_sequence_)}, monotonic_ns, stamp_ns, nullptr);
 }

@@ -96,7 +96,7 @@ private:
     struct Picture {
         std::span<const std::byte> bytes;
         std::uint32_t sequence = 0;
-        bool is_bad = false;  ///< programs see V4L2_BUF_FLAG_ERROR
+        std::uint32_t flags = 0;  ///< camrig_slot_...
     };
 
     DeviceRing(SharedMemory memory, ImageSize size, std::optional<Rate> rate);

@@ -18,7 +18,7 @@
 
 #include <stdint.h>
 
-#define CAMRIG_DEVICE_PROTOCOL 4u
+#define CAMRIG_DEVICE_PROTOCOL 5u
 
 enum {
     camrig_max_formats = 8,
@@ -186,9 +186,12 @@ struct camrig_ring_slot {
     uint64_t version;  // 2 n + 1 while picture n is written, 2 n + 2 once it is complete
     uint64_t monotonic_ns;
     uint32_t sequence;
-    uint32_t bytes;  // and camrig_slot_error, where the picture comes with V4L2_BUF_FLAG_ERROR
+    uint32_t bytes;
+    uint32_t flags;  // camrig_slot_...
+    uint32_t pad_;
 };
-#define camrig_slot_error 0x80000000u
+#define camrig_slot_error 1u   // the picture comes with V4L2_BUF_FLAG_ERROR
+#define camrig_slot_failed 2u  // it does not come: from it on the stream has failed, as by camrig_call_streaming
 
 struct camrig_ring_header {
     uint32_t protocol;
@@ -204,7 +207,7 @@ struct camrig_ring_header {
 static_assert(sizeof(camrig_request) <= camrig_max_message);
 static_assert(sizeof(camrig_reply) <= camrig_max_message);
 static_assert(sizeof(camrig_reader_page) == 144);
-static_assert(sizeof(camrig_ring_header) == 32 + 24 * camrig_max_slots);
+static_assert(sizeof(camrig_ring_header) == 32 + 32 * camrig_max_slots);
 // A 32-bit library talks to a 64-bit rig: no struct may depend on the alignment of uint64_t.
 static_assert(sizeof(camrig_ring_place) == 24 && sizeof(camrig_reply) % 8 == 0);
 #endif

@@ -45,6 +45,9 @@ export async function* partsOf(stream) {
   }
 }
 
+/** All that is said of cameras but what each frame and reader changes. */
+const descriptionOf = (cameras) => JSON.stringify(cameras.map(({ sequence, readers, ...rest }) => rest));
+
 /** Keeps a stream of pictures open until it is stopped; whoever has a hidden page stops it. */
 export class LiveReader {
   #wanted = '';
@@ -52,7 +55,7 @@ export class LiveReader {
   #onPicture;
   #onProblem;
   #seen = new Set();     // cameras of which a picture has come
-  #described = '';       // what was said of the wanted cameras when the stream was quiet last
+  #described = '';       // what was said of the wanted cameras when the stream was opened
   #arrived = false;      // a picture, since the last look
 
   /** onPicture({camera, sequence, blob}) and onProblem(message). */
@@ -66,6 +69,7 @@ export class LiveReader {
     const key = cameras.length ? `live?cameras=${cameras.map((camera) => camera.name).join(',')}&${query}` : '';
     if (key === this.#wanted && !this.#missed(cameras)) return;
     this.#wanted = key;
+    this.#described = descriptionOf(cameras);
     this.#abort?.abort();
     this.#abort = null;
     this.#seen.clear();
@@ -79,11 +83,7 @@ export class LiveReader {
   #missed(cameras) {
     const quiet = !this.#arrived;
     this.#arrived = false;
-    if (!quiet || state.world?.mode !== 'lockstep') return false;
-    const described = JSON.stringify(cameras.map(({ sequence, readers, ...rest }) => rest));
-    const changed = described !== this.#described;
-    this.#described = described;
-    return changed && this.#seen.size > 0;
+    return quiet && state.world?.mode === 'lockstep' && this.#seen.size > 0 && descriptionOf(cameras) !== this.#described;
   }
 
   async #keepReading(url, signal) {

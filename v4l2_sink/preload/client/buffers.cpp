@@ -285,6 +285,7 @@ int dequeue_buffer(Device& device, int fd, v4l2_buffer& out) {
             uint32_t index = 0;
             switch (try_take(device, fd, index)) {
                 case Taken::picture:
+                    if (device.failed) return EIO;
                     fill(device, index, out);
                     return 0;
                 case Taken::gone:

@@ -79,8 +79,7 @@ bool take_picture(Device& device, Buffer& buffer) {
             raw_syscall(SYS_sched_yield);
             continue;
         }
-        const uint32_t said = slot.bytes, bytes = said & ~camrig_slot_error;
-        const uint32_t sequence = slot.sequence;
+        const uint32_t bytes = slot.bytes, flags = slot.flags, sequence = slot.sequence;
         const uint64_t stamp = slot.monotonic_ns;
         if (bytes > device.ring_slot_bytes || bytes > buffer.length) break;
         copy_out(
@@ -92,7 +91,8 @@ bool take_picture(Device& device, Buffer& buffer) {
         buffer.bytes_used = bytes;
         buffer.sequence = sequence;
         buffer.monotonic_ns = stamp;
-        buffer.flags = said == bytes ? 0 : V4L2_BUF_FLAG_ERROR;
+        buffer.flags = (flags & camrig_slot_error) != 0 ? V4L2_BUF_FLAG_ERROR : 0;
+        if ((flags & camrig_slot_failed) != 0) device.failed = true;
         return true;
     }
     return false;

@@ -98,6 +98,11 @@ private:
     int fd_;
 };
 
+std::shared_ptr<const fault::FrameFaults> frame_faults(fault::FaultKind kind) {
+    auto one = std::make_shared<const fault::Fault>(fault::Fault{.id = 1, .kind = std::move(kind)});
+    return std::make_shared<const fault::FrameFaults>(fault::FrameFaults{.frame = {}, .active = {std::move(one)}});
+}
+
 class DeviceClientTest : public testing::Test {
 protected:
     DeviceClientTest() {
@@ -123,6 +128,48 @@ TEST_F(DeviceClientTest, AProgramReadsPicturesInOrder) {
         last = stamp;
         ASSERT_EQ(program.queue(buffer.index), 0);
     }
+}
+
+// Whether or not the server has heard of it yet.
+TEST_F(DeviceClientTest, APictureThatAFailingStreamBeginsWithNeverComes) {
+    Opened program;
+    ASSERT_EQ(program.start(), 0);
+    rig.show();
+    v4l2_buffer buffer;
+    ASSERT_EQ(program.dequeue(buffer), 0);
+    rig.maker.faults = frame_faults(fault::DeviceError{.at = fault::DeviceCall::streaming});
+    rig.show();
+    EXPECT_EQ(program.dequeue(buffer), EIO);
+    EXPECT_EQ(program.queue(0), EIO);
+    rig.maker.faults = nullptr;
+    rig.show();
+    EXPECT_EQ(program.dequeue(buffer), EIO);
+    ASSERT_EQ(program.stream(false), 0);
+    for (unsigned i = 0; i < 4; ++i) ASSERT_EQ(program.queue(i), 0);
+    ASSERT_EQ(program.stream(true), 0);
+    rig.show();
+    EXPECT_EQ(program.dequeue(buffer), 0);
+}
+
+TEST_F(DeviceClientTest, APictureOfAnUnpluggedDeviceNeverComes) {
+    Opened program;
+    ASSERT_EQ(program.start(), 0);
+    rig.maker.faults = frame_faults(fault::Unplug{});
+    rig.show();
+    const auto received = [&] {
+        stream::RigReport report;
+        report.cameras.emplace_back().name = "lobby";
+        rig.bus.fill_report(report);
+        const stream::OutputReport& output = report.cameras[0].outputs.at(0);
+        return output.encoded + output.kept_back;
+    };
+    for (int i = 0; i < patience_ms && received() == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ASSERT_EQ(received(), 1u);
+    rig.maker.faults = nullptr;
+    rig.show();
+    v4l2_buffer buffer;
+    ASSERT_EQ(program.dequeue(buffer), 0);
+    EXPECT_NEAR(program.luma(buffer), 16 + PictureMaker::grey_of(1) * 219.0 / 255, 1);
 }
 
 // The fd is readable while, and only while, a picture can be dequeued.

@@ -91,6 +91,7 @@ public:
         info.world_ns = world_ns;
         info.monotonic_ns = monotonic_ns;
         info.size = camera_.size;
+        info.faults = faults;
         auto frame = pool_.acquire(info);
         auto bytes = frame->mutable_bytes();
         std::ranges::fill(bytes, static_cast<std::byte>(grey_of(sequence)));
@@ -98,6 +99,8 @@ public:
                                {static_cast<std::uint8_t>(camera_.id), static_cast<std::uint32_t>(sequence), world_ns});
         return frame;
     }
+
+    std::shared_ptr<const fault::FrameFaults> faults;  ///< of pictures that are made from now on
 
 private:
     const stream::CameraStream camera_;
