@@ -493,7 +493,7 @@ def test_the_truth_lies_where_truth_get_says(rig, page):
 
 @pytest.mark.camrig(scene="scenes/hall.json", mode="lockstep")
 def test_in_lockstep_a_camera_that_is_changed_while_its_stream_is_being_opened_is_shown_as_it_is_then(page):
-    until(page, "document.querySelector('#view').dataset.frames > 0")
+    until(page, "document.getElementById('picture').dataset.frames > 0")
     opened_streams = page.evaluate("""async () => {
         const { LiveReader } = await import('./live.js');
         const asked = [], shown = [];
