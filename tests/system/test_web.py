@@ -27,6 +27,12 @@ def page(browser, rig):
         yield shown
 
 
+def let_both_streams_open(rig, name):
+    """Until the page is shown this camera, large and in the grid: of one that goes while its stream is asked for the browser's console says that it is not there."""
+    outputs = lambda: next(camera["outputs"] for camera in rig.stats()["cameras"] if camera["name"] == name)
+    wait_until(lambda: sum(len(output["readers"]) for output in outputs()) == 2, what=f"both streams of {name}")
+
+
 def test_a_camera_is_created_moved_seen_to_move_and_deleted(rig, page):
     page.click("#create")
     page.fill("#new-camera [name=name]", "eye")
@@ -79,6 +85,7 @@ def test_a_camera_is_created_moved_seen_to_move_and_deleted(rig, page):
     assert rig.camera("eye_2").get()["size"] == [320, 240]
 
     until(page, "document.getElementById('stage-name').textContent === 'eye_2'")
+    let_both_streams_open(rig, "eye_2")
     page.click("#delete")
     page.click("#confirm button[value=ok]")
     wait_until(lambda: [camera.name for camera in rig.cameras()] == ["main", "eye"], what="its end")
@@ -411,6 +418,7 @@ def test_what_is_typed_for_a_camera_that_is_deleted_meanwhile_is_set_of_no_other
         field.focus()
         if text:
             field.fill(text)
+        let_both_streams_open(rig, "eye")
         rig.camera("eye").delete()
         until(page, "document.getElementById('stage-name').textContent === 'main'")
         page.keyboard.press("Enter")
