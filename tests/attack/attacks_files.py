@@ -6,7 +6,6 @@ import os
 import shutil
 import socket
 import subprocess
-import threading
 from pathlib import Path
 
 import camrig
@@ -30,18 +29,20 @@ def a_link_in_the_place_of_a_device(target: Target) -> str:
                 break
             os.chown(folder, STRANGER_UID, STRANGER_UID)
         binary = camrig.launch.find_binary()
-        rig = subprocess.Popen([binary, "serve", "minimal", "--http", "0", "--rtsp", "0", "--control", str(control)], stderr=subprocess.PIPE,
-                               stdout=subprocess.DEVNULL, text=True)
+        ready, said = os.pipe()
+        rig = subprocess.Popen([binary, "serve", "minimal", "--http", "0", "--rtsp", "0", "--control", str(control), "--ready-fd", str(said)],
+                               pass_fds=(said,), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True)
+        os.close(said)
         try:
-            for _ in range(400):
-                if control.exists() or rig.poll() is not None:
-                    break
-                threading.Event().wait(0.05)
-            if rig.poll() is None:
+            with os.fdopen(ready) as pipe:
+                serves = bool(pipe.readline())
+            if serves:
                 created = subprocess.run([binary, "--control", str(control), "camera", "create", "x", "--position", "1,1,1", "--device", "10"],
                                          capture_output=True, text=True, timeout=20)
                 assert created.returncode == 0, created.stderr  # that was not in its way
                 told.append("served")
+            else:
+                rig.wait(20)
         finally:
             rig.terminate()
             told += rig.communicate(timeout=20)[1].splitlines()[:1] if rig.poll() is not None else []

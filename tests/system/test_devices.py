@@ -90,9 +90,12 @@ def test_devices_of_a_rig_in_a_folder_that_is_called_as_theirs(programs, scenes,
     folder = tmp_path / "my.tree"
     folder.mkdir()
     control = os.path.relpath(folder / "s", tmp_path)
-    programs([os.environ["CAMRIG_BIN"], "serve", scenes / "minimal.json", "--http", "0", "--rtsp", "0", "--control", control], cwd=tmp_path,
-             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    wait_until((folder / "s").exists, what="the rig")
+    ready, told = os.pipe()
+    programs([os.environ["CAMRIG_BIN"], "serve", scenes / "minimal.json", "--http", "0", "--rtsp", "0", "--control", control, "--ready-fd", str(told)], cwd=tmp_path,
+             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, pass_fds=(told,))
+    os.close(told)
+    with os.fdopen(ready) as pipe:
+        assert pipe.readline(), "it does not start"
     with camrig.connect(folder / "s") as rig:
         assert rig.call("server.info")["devices"] == f"{folder}/s.d/devices"  # whoever reads it may be elsewhere
         rig.create_camera("lobby", size=(320, 240), outputs=[{"kind": "device", "number": 3}])
