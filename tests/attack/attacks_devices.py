@@ -18,7 +18,7 @@ import camrig
 from target import Target
 
 #: v4l2_sink/preload/protocol.h: struct camrig_request, and where the present format lies in the reply to a hello.
-PROTOCOL, REQUEST_BYTES, FORMAT_AT, FORMAT_BYTES = 4, 204, 16 + 380, 20
+PROTOCOL, REQUEST_BYTES, FORMAT_AT, FORMAT_BYTES = 5, 204, 16 + 380, 20
 HELLO, GET_FORMAT, ACQUIRE, STREAM_ON = 1, 2, 4, 6
 NUMBER = 41
 
