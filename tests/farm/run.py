@@ -27,6 +27,7 @@ from ray.cluster_utils import Cluster
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from camrig.farm.batch.shard_file import samples  # noqa: E402
+from camrig.farm.batch.store import Store  # noqa: E402
 from tools.bench import report  # noqa: E402
 
 _NODES = 4
@@ -156,7 +157,8 @@ def check_parquet(store: Path, to: Path, frames: int) -> None:
         rows = ray.data.read_parquet(str(to))
         assert rows.count() == frames and {"key", "image", "truth"} <= set(rows.schema().names)
         row = rows.take(1)[0]
-        (sample,) = [parts for key, parts in samples(store / "shards" / f"{row['shard']}.tar") if key == row["key"]]
+        (told,) = [one for one in Store(store).manifest() if one["shard"] == row["shard"]]
+        (sample,) = [one.parts for one in samples(Store(store).shard_path(row["shard"]), told) if one.key == row["key"]]
         assert row["image"] == sample["jpg"] and row["truth"] == sample["json"].decode() and row["instance_png"] == sample["instance.png"]
         assert ray.data.read_webdataset(str(store / "shards" / f"{row['shard']}.tar")).count() == 100
     finally:

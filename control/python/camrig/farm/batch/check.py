@@ -12,19 +12,24 @@ from .store import Store
 
 def main(arguments: Sequence[str]) -> int:
     parser = Parser(prog="camrig farm check", description="Reads all shards of a data set and compares them with its manifest. "
-                    "Exit code 1: some differ, or the manifest has not all of them.")
+                    "Exit code 1: some differ, or the manifest has not all of them, or lines that are of none.")
     parser.add_argument("folder", metavar="DIR", help="of camrig farm record")
     parser.add_argument("--json", action="store_true", help="machine-readable output")
     options = parser.parse_args(arguments)
-    store, problems = Store(options.folder), []
+    store = Store(options.folder)
+    problems: list[str] = []
     listed: set[str] = set()
-    for told in store.manifest():
+
+    def tell(problem: str) -> None:
+        problems.append(problem)
+        print(f"camrig: {problem}", file=sys.stderr)
+
+    for told in store.manifest(lambda wrong: tell(wrong.message)):
         listed.add(told["shard"])
         if problem := store.problem_of(told):
-            problems.append(problem)
-            print(f"camrig: {problem}", file=sys.stderr)
+            tell(problem)
     lacks = warn_of_lacks(store, listed)
-    text = f"{store.folder}: {len(listed)} shards, {len(problems)} of them not as the manifest says"
+    text = f"{store.folder}: {len(listed)} shards in the manifest, {len(problems)} problems"
     print(json.dumps({"folder": str(store.folder), "shards": len(listed), "problems": problems, "lacks": lacks}) if options.json else text)
     return 1 if problems or lacks else 0
 

@@ -84,12 +84,9 @@ def _unpack(store: Store, told: dict[str, Any], suffix: str, to: Path) -> None:
             (folder / name).write_text(text.replace(f"name={camera['name']}\n", f"name={folder.name}\n") if name == "seqinfo.ini" else text)
     journals = {name: open(folder / "truth.jsonl", "wb") for name, folder in folders.items()}
     try:
-        for key, parts in samples(store.shard_path(told["shard"])):
-            camera_name, _, frame = key.removeprefix(f"{told['shard']}_").rpartition("_")
-            if camera_name not in folders or not frame.isdecimal() or "json" not in parts or {f".{one}" for one in parts} - {suffix, ".json"} - {f".{one}" for one in PARTS}:
-                raise CamrigError("invalid_argument", f"{store.shard_path(told['shard'])}: {key}: is not what the manifest says; camrig farm check")
-            _put_sample(folders[camera_name], frame, suffix, parts)
-            journals[camera_name].write(parts["json"] + b"\n")
+        for sample in samples(store.shard_path(told["shard"]), told):
+            _put_sample(folders[sample.camera], sample.frame, suffix, sample.parts)
+            journals[sample.camera].write(sample.parts["json"] + b"\n")
     finally:
         for journal in journals.values():
             journal.close()

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...errors import CamrigError
 from .export import make_new
-from .shard_file import PARTS, samples
+from .shard_file import PARTS, Sample, samples
 from .store import Store
 
 #: A row group is what a reader takes at once.
@@ -32,8 +32,8 @@ def write_parquet(store: Store, to: Path) -> int:
     for told in manifest:
         rows: list[dict[str, Any]] = []
         with parquet.ParquetWriter(to / f"{told['shard']}.parquet", schema, compression="zstd") as writer:
-            for key, parts in samples(store.shard_path(told["shard"])):
-                rows.append(_row(told, key, parts))
+            for sample in samples(store.shard_path(told["shard"]), told):
+                rows.append(_row(told, sample))
                 if len(rows) == _ROWS_A_GROUP:
                     writer.write_table(pyarrow.Table.from_pylist(rows, schema))
                     rows = []
@@ -43,11 +43,10 @@ def write_parquet(store: Store, to: Path) -> int:
     return count
 
 
-def _row(told: dict[str, Any], key: str, parts: dict[str, bytes]) -> dict[str, Any]:
-    camera, _, frame = key.removeprefix(f"{told['shard']}_").rpartition("_")
-    truth = parts["json"].decode()
-    return {"key": key, "shard": told["shard"], "camera": camera, "frame": int(frame), "time_ns": json.loads(truth)["time_ns"], "seed": told["seed"],
-            "image": parts[told["picture_suffix"].lstrip(".")], "truth": truth, **{_column(part): parts.get(part) for part in PARTS}}
+def _row(told: dict[str, Any], sample: Sample) -> dict[str, Any]:
+    truth = sample.parts["json"].decode()
+    return {"key": sample.key, "shard": told["shard"], "camera": sample.camera, "frame": int(sample.frame), "time_ns": json.loads(truth)["time_ns"], "seed": told["seed"],
+            "image": sample.parts[told["picture_suffix"].lstrip(".")], "truth": truth, **{_column(part): sample.parts.get(part) for part in PARTS}}
 
 
 def _column(part: str) -> str:

@@ -14,12 +14,11 @@ from ...randomize import KINDS, changes as randomized
 from .hashing import canonical, file_hash, seed_of
 from .pointer import PointerError
 from .scene_file import read_scene, scene_hash, varied
-from .shard import Pictures, Shard
+from .shard import MAX_CAMERAS, MAX_SHARDS, Pictures, Shard
 from .variants import Row, rows_of
 
 MAX_FILE_BYTES = 64 << 20
-MAX_SHARDS = 1_000_000
-_MAX_CAMERAS, _MAX_FAULTS = 256, 1000
+_MAX_FAULTS = 1000
 _MAX_SECONDS = 1e9
 _QUALITIES = ("fast", "simple", "beautiful")
 #: What a plan says of every variant, and `vary` of some.
@@ -83,7 +82,7 @@ def _of_variant(place: str, told: Mapping[str, Any], row: Row, master: int, shar
         raise Wrong("scene" if "scene" not in told else "seconds", "is missing")
     cameras = told.get("cameras")
     if cameras is not None:
-        check_list(cameras, f"{place}: cameras", _MAX_CAMERAS)
+        check_list(cameras, f"{place}: cameras", MAX_CAMERAS)
     faults = told.get("faults", [])
     if not isinstance(faults, list) or len(faults) > _MAX_FAULTS or not all(isinstance(fault, dict) for fault in faults):
         raise Wrong(f"{place}: faults", f"must be a list of at most {_MAX_FAULTS} objects, as fault.set takes them")

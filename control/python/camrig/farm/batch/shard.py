@@ -10,6 +10,8 @@ from .hashing import text_hash
 
 #: Of what a shard holds and how it is named; another number makes other names.
 FORMAT = 1
+#: Of a plan, and of a scene as the rig takes it.
+MAX_SHARDS, MAX_CAMERAS = 1_000_000, 256
 
 
 @dataclass(frozen=True)

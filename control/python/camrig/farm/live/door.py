@@ -16,8 +16,8 @@ from typing import Any, Awaitable, Callable, Coroutine
 import nats.errors
 
 from ...errors import CamrigError, error_of_reply
+from ..form import raise_if_unreadable
 from .budget import Budget, Claim, read_exactly, read_line
-from .form import raise_if_unreadable
 from .log import LEASE_S, MAX_ENTRY_BYTES, Subjects
 from .placement import is_placeable, owner_of
 from .roster import Roster

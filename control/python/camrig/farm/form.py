@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
-from ...errors import CamrigError
+from ..errors import CamrigError
+from ..json_checks import Wrong, check_object
 
 #: Levels of a batch; what the log says comes to a rig in batches, however it came to us.
 _MAX_DEPTH = 64
@@ -30,3 +32,15 @@ def raise_if_unreadable(value: Any, levels: int = _MAX_DEPTH) -> None:
             raise CamrigError("invalid_argument", f"JSON nested deeper than {_MAX_DEPTH - 1} levels")
         for each in (*value, *value.values()) if isinstance(value, dict) else value:
             raise_if_unreadable(each, levels - 1)
+
+
+def read_object(text: bytes) -> dict[str, Any]:
+    """The JSON object that a rig would read in a text of somebody's; else Wrong."""
+    try:
+        value = json.loads(text.decode())
+        raise_if_unreadable(value)
+    except (ValueError, RecursionError) as problem:
+        raise Wrong("", f"is not JSON: {problem}") from None
+    except CamrigError as problem:
+        raise Wrong("", problem.message) from None
+    return dict(check_object(value, ""))
