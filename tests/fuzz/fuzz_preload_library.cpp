@@ -1,5 +1,6 @@
 // Any answers and any ring from a hostile rig: the library returns errors and pictures, and never touches other memory
 // of the program it lives in.
+#include <algorithm>
 #include <cstring>
 
 #include <fcntl.h>
@@ -16,10 +17,52 @@ namespace {
 
 using namespace camrig::device;
 
-int sealed_memory(const std::uint8_t* data, std::size_t size, std::size_t bytes) {
+constexpr std::uint32_t ring_room = 65536, slots = 6, slot_bytes = 512, slot_stride = 4096, first_slot_at = 4096;
+
+/// What an honest rig says of a camera of 16x16.
+camrig_description sound_description() {
+    camrig_description d{};
+    d.protocol = CAMRIG_DEVICE_PROTOCOL;
+    std::strcpy(d.card, "lobby");
+    std::strcpy(d.bus_info, "platform:camrig-10");
+    d.format_count = d.size_count = d.rate_count = d.control_count = 1;
+    d.fourcc[0] = V4L2_PIX_FMT_YUYV;
+    d.width[0] = d.height[0] = 16;
+    d.rate[0] = {25, 1};
+    d.current = {d.fourcc[0], d.width[0], d.height[0], d.rate[0]};
+    std::strcpy(d.control[0].name, "Brightness");
+    d.control[0].id = V4L2_CID_BRIGHTNESS;
+    d.control[0].type = V4L2_CTRL_TYPE_INTEGER;
+    d.control[0].maximum = 255;
+    d.control[0].step = 1;
+    return d;
+}
+
+/// And how it shares its pictures.
+camrig_ring_header sound_ring() {
+    camrig_ring_header ring{};
+    ring.protocol = CAMRIG_DEVICE_PROTOCOL;
+    ring.slots = slots;
+    ring.slot_bytes = slot_bytes;
+    ring.slot_stride = slot_stride;
+    ring.data_offset = first_slot_at;
+    ring.published = slots;
+    for (std::uint32_t n = 0; n < slots; ++n) ring.slot[n] = {2 * n + 2, n, n, slot_bytes, 0, 0};
+    return ring;
+}
+
+/// The input says in which bits a hostile rig differs, so that it goes as deep whatever the protocol's number and
+/// layout are.
+template <typename T>
+void change(T& value, const std::uint8_t* data, std::size_t size) {
+    auto* const bytes = reinterpret_cast<std::uint8_t*>(&value);
+    for (std::size_t i = 0; i < std::min(size, sizeof value); ++i) bytes[i] ^= data[i];
+}
+
+int sealed_memory(const camrig_ring_header& ring) {
     const int fd = ::memfd_create("fuzz", MFD_CLOEXEC | MFD_ALLOW_SEALING);
-    CHECK(fd >= 0 && ::ftruncate(fd, static_cast<off_t>(bytes)) == 0);
-    CHECK(::pwrite(fd, data, size < bytes ? size : bytes, 0) >= 0);
+    CHECK(fd >= 0 && ::ftruncate(fd, ring_room) == 0);
+    CHECK(::pwrite(fd, &ring, sizeof ring, 0) == sizeof ring);
     ::fcntl(fd, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW);
     return fd;
 }
@@ -52,13 +95,16 @@ constexpr unsigned capture = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-    constexpr std::size_t ring_room = 65536;
-    camrig_description description{};
-    if (size < sizeof description) return 0;
-    std::memcpy(&description, data, sizeof description);
-    data += sizeof description;
-    size -= sizeof description;
-    if (!description_is_sound(description)) return 0;
+    const bool is_honest = size == 0;  // libFuzzer begins with it
+    camrig_description description = sound_description();
+    const std::size_t of_description = std::min(size, sizeof description);
+    change(description, data, of_description);
+    data += of_description;
+    size -= of_description;
+    if (!description_is_sound(description)) {
+        CHECK(!is_honest);
+        return 0;
+    }
     // Big pictures only cost the fuzzer time.
     for (std::uint32_t i = 0; i < description.size_count; ++i)
         if (description.width[i] > 256 || description.height[i] > 256) return 0;
@@ -73,18 +119,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     device->wake_fd = hide_fd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), device);
     device->page = static_cast<camrig_reader_page*>(
         ::mmap(nullptr, camrig_reader_page_bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
-    std::memcpy(device->page, data, std::min<std::size_t>(size, sizeof *device->page));
+    change(*device->page, data, size);
     device->page->top_priority = 0;  // or nothing else happens
     device->description = description;
     device->format = description.current;
 
     // All answers are there before the questions: the rest of the input cut into replies, one of them with a ring.
-    const int ring = sealed_memory(data, size, ring_room);
+    camrig_ring_header shared = sound_ring();
+    change(shared, data, size);
+    const int ring = sealed_memory(shared);
     std::size_t at = 0;
     for (std::uint32_t serial = 1; serial <= 24; ++serial) {
         camrig_reply reply{};
+        reply.u.ring = {0, ring_room, slots, slot_bytes};
         const std::size_t length = std::min<std::size_t>(64, size - at);
-        std::memcpy(&reply, data + at, length);
+        change(reply, data + at, length);
         at += length;
         reply.type = camrig_message_reply;
         reply.serial = serial;
@@ -131,12 +180,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     buffer.memory = V4L2_MEMORY_MMAP;
     for (buffer.index = 0; buffer.index < 4; ++buffer.index) call(*device, fd, VIDIOC_QBUF, buffer);
     call(*device, fd, VIDIOC_STREAMON, capture);
-    for (int i = 0; i < 8; ++i) {
+    std::uint32_t pictures = 0;
+    for (; pictures < slots; ++pictures) {
         buffer.index = 0;
         if (device_ioctl(*device, fd, VIDIOC_DQBUF, &buffer) != 0) break;
         CHECK(buffer.index < 4 && buffer.bytesused <= buffer.length);
         device_ioctl(*device, fd, VIDIOC_QBUF, &buffer);
     }
+    CHECK(!is_honest || pictures == slots);
     v4l2_event event{};
     call(*device, fd, VIDIOC_DQEVENT, event);
     call(*device, fd, VIDIOC_STREAMOFF, capture);
