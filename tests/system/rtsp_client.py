@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import camrig
-from conftest import REPOSITORY
+from conftest import REPOSITORY, wait_until
 
 _spec = importlib.util.spec_from_file_location("rtsp_times", REPOSITORY / "docs/examples/rtsp_times.py")
 rtsp_times = importlib.util.module_from_spec(_spec)
@@ -78,9 +78,16 @@ def new_ones(pictures):
         last = shows
 
 
-def read_aside(url: str, count: int = 10**9) -> tuple:
+def asked(url: str) -> "RtspReader":
+    """A reader that has joined, and whose wish for a key picture the rig has: that is noted behind the answer to PLAY, and before the next request is answered."""
+    reader = RtspReader(url)
+    reader.ask("OPTIONS", reader.url)
+    return reader
+
+
+def read_aside(url: str, count: int = 10**9, join=RtspReader) -> tuple:
     """A thread that takes pictures, the list it fills, and its reader."""
-    reader, pictures = RtspReader(url), []
+    reader, pictures = join(url), []
 
     def read():
         for picture in itertools.islice(reader.pictures(), count):
@@ -109,6 +116,17 @@ def let_the_asked_key_come() -> None:
     Otherwise it comes in the middle of a test that takes so long, and not on two streams at the same picture.
     """
     time.sleep(0.6)
+
+
+def has_its_asked_key(pictures) -> bool:
+    """Of pictures of an asked() reader: whether its key picture has come. Of those later than half a second after its first one no further one is due to it."""
+    seen = list(pictures)
+    return len(seen) > 1 and unwrapped([seen[0].stamp, seen[-1].stamp])[1] - seen[0].stamp > 0.5 * 90_000
+
+
+#: So many pictures at most are sent again of those that a reader gets first, if nothing new comes: from a second on each 90 ms, in the five seconds after it
+#: joined; from then on one a second (picture_stamps.cpp). Of twice as many, and more, those that differ can be counted on a machine that holds the rig up.
+OPENING_REPEATS = 45
 
 
 def longest_hold(moments) -> float:
@@ -158,6 +176,19 @@ def stepping(rig, seconds: float = 0.2):
         thread.join()
     if failures:
         raise failures[0]
+
+
+def record(rig, programs, url: str, frames: int, path: pathlib.Path) -> None:
+    """The first pictures of a stream as ffmpeg takes them, in a world in lockstep that goes on as soon as it has opened the stream.
+
+    Until then it is shown the world that stands, some 20 times in two seconds. So the key picture that it asked for when it joined is the next one that the
+    stream has half a second after the one before, and comes before the encoder's own; all that follow are the encoder's own.
+    """
+    recorder = programs(["ffmpeg", "-v", "error", "-rtsp_transport", "tcp", "-i", url, "-c", "copy", "-flush_packets", "1", "-frames:v", str(frames), str(path)],
+                        stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    wait_until(lambda: recorder.poll() is not None or path.exists() and path.stat().st_size > 0, 60, "ffmpeg to write what it reads")
+    with stepping(rig):
+        assert ended(recorder) == (b"", b"") and recorder.returncode == 0
 
 
 @pytest.fixture(scope="module")

@@ -111,10 +111,10 @@ def test_errors_are_one_line_that_says_what_to_do(programs, tmp_path):
     assert done.returncode == 1 and len(done.stderr.splitlines()) == 1 and "camrig serve SCENE" in done.stderr
 
 
-def test_the_window_of_the_dummy_camera_moves_it_by_button_and_key(programs, rig, environment, tmp_path):
+def test_the_window_of_the_dummy_camera_moves_it_by_button_and_key(programs, rig, environment):
     cam = rig.create_camera("dummy", size=(640, 480), position=(2, 3, 2.8), look_at=(12, 9, 1))
     before = cam.get()["pose"]
-    with VirtualDisplay(900, 700, tmp_path) as display:
+    with VirtualDisplay(900, 700) as display:
         environment["DISPLAY"] = display.name
         window = subprocess.Popen([programs / "dummy_camera", "dummy", "--window"], env=environment)
         try:

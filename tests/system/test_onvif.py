@@ -199,7 +199,8 @@ def test_who_shows_no_token_is_told_the_time_and_turns_nothing(guarded):
 
 @pytest.mark.camrig(scene="minimal", mode="lockstep")
 def test_a_port_that_another_program_has_is_an_error_to_who_asks_for_it(rig, tmp_path):
-    with socket.create_server(("127.0.0.1", 0)) as other:
+    # Not one of those that the kernel gives to whoever asks for any: when `other` has ended it would be anybody's, and it is to be the rig's.
+    with socket.create_server(("127.0.0.1", free_port())) as other:
         taken = other.getsockname()[1]
         with pytest.raises(camrig.CamrigError, match=f"{taken}"):
             rig.create_camera("dome", size=(320, 240), outputs=[{"kind": "onvif", "port": taken}])

@@ -191,10 +191,17 @@ def test_snapshots_of_idle_cameras_do_not_stop_one_that_is_read(rig):
     reader.response.close()
 
 
+def more_than_any_machine_draws(rig):
+    """Twenty-four cameras that ride on what moves, with a thousand pictures a second each, in which nothing stays where it was: 22 thousand million pixels a second.
+
+    Cameras that stand are drawn a thousand times a second by some machines, for what stands still is drawn once; and so few that ride are drawn by a slow one too.
+    """
+    return [rig.create_camera(f"c{i}", size=(1280, 720), fps=1000, mount="mover", position=(0, 0, 1 + 0.05 * i)) for i in range(24)]
+
+
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime", args=["--overload", "drop"])
 def test_overload_drops_whole_instants_for_all_cameras_evenly(rig):
-    """More pictures a second than any machine shows, also of what stands still, yet few enough cameras that a slow one draws some instants."""
-    cameras = [rig.create_camera(f"c{i}", size=(1280, 720), fps=1000) for i in range(24)]
+    cameras = more_than_any_machine_draws(rig)
     readers = [PartReader(cam.url(), until_sequence=10**9, read_codes=False) for cam in cameras]
     for reader in readers:
         reader.start()
@@ -211,7 +218,7 @@ def test_overload_drops_whole_instants_for_all_cameras_evenly(rig):
     due, rendered, dropped = counted["c0"]
     assert due == rendered + dropped
     assert due == due_between(1000, 1, start_ns, end_ns)
-    assert dropped > rendered  # 24 x 1000 pictures a second
+    assert dropped > rendered
     assert stats["dropped_instants"] - first["dropped_instants"] == dropped
     for cam in cameras:
         cam.delete()
@@ -255,7 +262,7 @@ def test_a_rig_that_was_stopped_goes_on_with_the_clock_and_its_books_tell_what_w
 
 @pytest.mark.camrig(scene="scenes/minimal.json", mode="realtime", args=["--overload", "slow"])
 def test_policy_slow_slows_the_world_and_drops_no_instant(rig):
-    cameras = [rig.create_camera(f"c{i}", size=(1280, 720), fps=1000) for i in range(8)]
+    cameras = more_than_any_machine_draws(rig)
     readers = [PartReader(cam.url(), until_sequence=cam.frame().sequence + 60, read_codes=False) for cam in cameras]
     begin, began_ns = rig.stats(), time.monotonic_ns()
     for reader in readers:
@@ -267,4 +274,4 @@ def test_policy_slow_slows_the_world_and_drops_no_instant(rig):
     assert stats["dropped_instants"] == 0
     assert all(camera["dropped"] == 0 for camera in stats["cameras"])
     world_ns = stats["world_ns"] - begin["world_ns"]
-    assert world_ns < passed_ns / 2  # 8 x 1000 pictures a second are more than any machine draws: the world waited
+    assert world_ns < passed_ns / 2  # the world waited

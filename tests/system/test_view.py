@@ -96,8 +96,8 @@ class View:
 
 
 @pytest.fixture
-def display(tmp_path):
-    with VirtualDisplay(WIDTH, HEIGHT, tmp_path) as server:
+def display():
+    with VirtualDisplay(WIDTH, HEIGHT) as server:
         yield server
 
 

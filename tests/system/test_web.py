@@ -10,7 +10,7 @@ import pytest
 
 import camrig
 from conftest import REPOSITORY, wait_until
-from web_page import chromium, drag, metres_per_pixel, middle, opened, pixels, until, wait_for_picture
+from web_page import chromium, drag, metres_per_pixel, middle, opened, pixels, streams_opened, until, wait_for_picture
 
 CAMRIG = os.environ["CAMRIG_BIN"]
 
@@ -25,12 +25,6 @@ def browser():
 def page(browser, rig):
     with opened(browser, rig.page_url) as shown:
         yield shown
-
-
-def let_both_streams_open(rig, name):
-    """Until the page is shown this camera, large and in the grid: of one that goes while its stream is asked for the browser's console says that it is not there."""
-    outputs = lambda: next(camera["outputs"] for camera in rig.stats()["cameras"] if camera["name"] == name)
-    wait_until(lambda: sum(len(output["readers"]) for output in outputs()) == 2, what=f"both streams of {name}")
 
 
 def test_a_camera_is_created_moved_seen_to_move_and_deleted(rig, page):
@@ -79,13 +73,12 @@ def test_a_camera_is_created_moved_seen_to_move_and_deleted(rig, page):
 
     wait_until(lambda: seen() == ("ssaa2", None, False), what="all that was set")
 
-    page.click("#duplicate")
+    with streams_opened(page, "eye_2"):
+        page.click("#duplicate")
     wait_until(lambda: [camera.name for camera in rig.cameras()] == ["main", "eye", "eye_2"], what="the copy")
     assert rig.camera("eye_2").get()["pose"]["orientation"] == pytest.approx(rig.camera("eye").get()["pose"]["orientation"])
     assert rig.camera("eye_2").get()["size"] == [320, 240]
 
-    until(page, "document.getElementById('stage-name').textContent === 'eye_2'")
-    let_both_streams_open(rig, "eye_2")
     page.click("#delete")
     page.click("#confirm button[value=ok]")
     wait_until(lambda: [camera.name for camera in rig.cameras()] == ["main", "eye"], what="its end")
@@ -411,14 +404,13 @@ def test_what_the_rig_refuses_is_said_in_its_own_words(rig, page):
 def test_what_is_typed_for_a_camera_that_is_deleted_meanwhile_is_set_of_no_other(rig, page):
     main = rig.camera("main").get()
     for label, text, left in (("z (m)", "9", "2.5"), ("Antialias", None, main["antialias"])):
-        rig.create_camera("eye", size=(64, 48), place="main", antialias="ssaa2")
-        page.click(".tile[data-camera=eye]")
-        until(page, "document.getElementById('stage-name').textContent === 'eye'")
+        with streams_opened(page, "eye"):
+            rig.create_camera("eye", size=(64, 48), place="main", antialias="ssaa2")
+            page.click(".tile[data-camera=eye]")
         field = page.locator(f"#fields label:has-text('{label}')").first.locator("input, select")
         field.focus()
         if text:
             field.fill(text)
-        let_both_streams_open(rig, "eye")
         rig.camera("eye").delete()
         until(page, "document.getElementById('stage-name').textContent === 'main'")
         page.keyboard.press("Enter")

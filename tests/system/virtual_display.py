@@ -1,34 +1,36 @@
 """An X server without a screen, steered by xdotool: what a person would do with mouse and keys, and what they would see."""
 
 import os
-import pathlib
-import struct
 import subprocess
 
 import numpy as np
+import Xlib.display
+import Xlib.X
 
 from conftest import wait_until
 
 
 class VirtualDisplay:
-    """Xvfb with a screen of width x height pixels at a free display; its screen lies in a file that picture() reads."""
+    """Xvfb with a screen of width x height pixels at a free display."""
 
-    def __init__(self, width: int, height: int, folder: pathlib.Path):
-        self._size, self._folder = (width, height), folder
+    def __init__(self, width: int, height: int):
+        self._size = (width, height)
 
     def __enter__(self) -> "VirtualDisplay":
         read, write = os.pipe()
         width, height = self._size
         self._server = subprocess.Popen(
-            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-fbdir", str(self._folder), "-nolisten", "tcp", "-noreset"],
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp", "-noreset"],
             pass_fds=[write], stderr=subprocess.DEVNULL)
         os.close(write)
         with os.fdopen(read) as number:
             self.name = f":{number.readline().strip()}"  # Xvfb writes it when it is ready
         assert self.name != ":", "Xvfb did not start"
+        self._eye = Xlib.display.Display(self.name)
         return self
 
     def __exit__(self, *_):
+        self._eye.close()
         self._server.terminate()
         self._server.wait(20)
 
@@ -93,10 +95,7 @@ class VirtualDisplay:
         self.hold("Return")
 
     def picture(self) -> np.ndarray:
-        """The whole screen, HxWx3 BGR."""
-        data = (self._folder / "Xvfb_screen0").read_bytes()
-        # XWD, version 7 (XWDFile.h): big-endian header, then the colours, then the rows.
-        head = struct.unpack(">25I", data[:100])
-        header_bytes, width, height, row_bytes, colours = head[0], head[4], head[5], head[12], head[19]
-        pixels = np.frombuffer(data, np.uint8, row_bytes * height, header_bytes + 12 * colours).reshape(height, row_bytes // 4, 4)
-        return pixels[:, :width, :3].copy()
+        """The whole screen, HxWx3 BGR: what programs have drawn, each picture whole, without the mouse's arrow, which goes and comes with each."""
+        width, height = self._size
+        shown = self._eye.screen().root.get_image(0, 0, width, height, Xlib.X.ZPixmap, 0xFFFFFFFF)
+        return np.frombuffer(shown.data, np.uint8).reshape(height, width, 4)[:, :, :3].copy()

@@ -46,6 +46,36 @@ def until(page: Page, expression: str) -> None:
 
 
 @contextlib.contextmanager
+def streams_opened(page: Page, name: str):
+    """Of this camera, which the block brings to the grid and the stage: when it is over, the page has both streams, and opens none again.
+
+    A stream that it asks for while the camera is deleted is answered by 404, which Chromium writes on its console. In lockstep it opens a stream again when
+    the camera is another one than when it was opened, at a look before which no picture has come (live.js): two looks later at the latest.
+    """
+    asked, looks = [], []
+
+    def note(request):
+        if "/live?" in request.url:
+            asked.append(request)
+            looks.clear()
+        elif '"camera.list"' in (request.post_data or ""):
+            looks.append(request)  # those before it have been taken in
+
+    page.on("request", note)
+    yield
+    until(page, f"document.getElementById('stage-name').textContent === '{name}'")
+    until(page, f"document.querySelector('.tile[data-camera={name}] canvas[data-frames]')")
+    looks.clear()
+    for _ in range(400):
+        if len(looks) >= 3:
+            break
+        page.wait_for_timeout(50)
+    page.remove_listener("request", note)
+    answers = [request.response() for request in asked]
+    assert len(looks) >= 3 and answers and all(answer is None or answer.status == 200 for answer in answers), (len(looks), answers)  # None: of one that was asked for anew
+
+
+@contextlib.contextmanager
 def held(page: Page, url: str, word: str = ""):
     """Requests to `url` with `word` in their body wait, in the list that this gives, until let_go(). Others to it go on while the page is asked something:
     wait with until(), not in Python alone."""
